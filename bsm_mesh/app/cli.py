@@ -225,6 +225,22 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
     analyse_limit(model, output, as_json=as_json, scripts=not no_scripts, **asked)
 
 
+@cli.command("key-blocks")
+@model_argument
+@click.option("-o", "--output", type=PATH, help="Folder for the files; the model's by default.")
+@click.option("--picture/--no-picture", default=True, help="Draw key_blocks.png.")
+@json_option
+def key_blocks(model: Path, output: Path | None, picture: bool, as_json: bool) -> None:
+    """Find the blocks at the free faces of MODEL that can fall or slide, by block theory.
+
+    MODEL is a file of three dimensions (dimensions = 3): rock in a box with joints by dip and dip direction, and
+    excavations or a slope. Of every block: whether it is removable, how it moves, factor, weight, support pressure.
+    """
+    from bsm_mesh.app.key_blocks import find_key_blocks
+
+    find_key_blocks(model, output, as_json=as_json, picture=picture)
+
+
 @cli.command("joint-test")
 @model_argument
 @click.option("--joint", required=True, metavar="NAME", help="The joint to test.")

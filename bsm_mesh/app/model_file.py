@@ -106,6 +106,8 @@ def validated(content: dict[str, Any], name: str) -> ModelFile:
             f"{name}: schema_version = {version}: is of a newer bsm-mesh; "
             f"version {__version__} reads {SCHEMA_VERSION}: update it"
         )
+    if content.get("dimensions") == 3:
+        raise ModelError(f"{name}: is a model of three dimensions; only bsm-mesh key-blocks reads it")
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:

@@ -179,6 +179,14 @@ GRAVITY_PART = Quantity(least=-2, most=2, usual=(-0.5, 0.5), example="0.15", why
 DISPLACEMENT = Quantity(unit="m", least=-1e3, most=1e3, usual=(-1, 1), example='"2 mm"')
 BLOCK = Quantity(least=0, most=2**31 - 1, whole=True, example="7")
 
+# Joints in three dimensions.
+DIP = Quantity(unit="degrees", least=0, most=90, example="60", why="the dip direction says to which side")
+JOINT_SPACING = Quantity(unit="m", least=1e-3, most=1e5, usual=(0.02, 100), example='"1.5 m"')
+JOINT_DENSITY = Quantity(unit="1/m", least=1e-6, most=1e3, usual=(0.01, 50), example="0.8")
+FISHER = Quantity(least=1, most=1e6, usual=(5, 1000), example="80", why="joints of a smaller constant are no set")
+SEED = Quantity(least=0, most=2**31 - 1, whole=True, example="0")
+REQUIRED_FACTOR = Quantity(above=0, most=100, usual=(1, 5), example="1.5")
+
 # Loads, in-situ stress and water.
 FORCE = Quantity(unit="N/m", least=-1e13, most=1e13, example='"120 kN/m"')
 STRESS = Quantity(unit="Pa", least=-1e10, most=1e10, usual=(-2e8, 2e8), example='"220 kPa"')

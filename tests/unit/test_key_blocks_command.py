@@ -1,0 +1,167 @@
+"""The command ``key-blocks``: a model file of three dimensions, what is printed, told as JSON, written and refused."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.app.space_file import load_space_file
+from bsm_mesh.app.space_tables import SpaceFile
+from tests.scenes.rock_3d import WEDGES, wedge_factor, wedge_rock
+from tests.scenes.small_case import Case
+from tests.unit.test_quantities import numbers_without_range
+
+JOINT = """
+[joint.{name}]
+normal_stiffness = "1 GPa/m"
+shear_stiffness = "1 GPa/m"
+law = "mohr_coulomb"
+friction = {friction}
+cohesion = {cohesion}
+"""
+ROOF = (
+    """
+dimensions = 3
+title = "Pyramid over a cavern"
+
+[mesh]
+box = [[-6, -6, -1], [6, 6, 6]]
+
+[rock.gneiss]
+unit_weight = "26 kN/m^3"
+"""
+    + JOINT.format(name="J1", friction=30, cohesion=0)
+    + "".join(
+        f'\n[[joint_plane]]\nname = "J1"\ndip = 60\ndip_direction = {d}\npoint = [{x}, {y}, 2]\n'
+        for d, x, y in ((0, 0, 1), (90, 1, 0), (180, 0, -1), (270, -1, 0))
+    )
+    + """
+[[excavation]]
+name = "cavern"
+polygon = [[-5, 0], [5, 0], [5, 2], [-5, 2]]
+from = -5
+to = 5
+"""
+)
+
+
+def test_what_falls_is_printed_and_written(case: Case) -> None:
+    case.write("roof.toml", ROOF)
+    outcome = case.run("key-blocks", "roof.toml")
+    assert outcome.code == 0
+    said = " ".join(outcome.out.split())
+    assert "1 fall and 0 slide below a factor of 1: 2.309 m3 in all" in said
+    assert "falls 0.000 2.309 60.04 kN 15.01 kPa" in said
+    assert {name for name in outcome.new if name.startswith("out/roof/")} >= {
+        f"out/roof/{name}" for name in ("key_blocks.csv", "blocks.vtu", "contacts.vtu", "key_blocks.png")
+    }
+    with (case.folder / "out/roof/key_blocks.csv").open(encoding="utf-8", newline="") as file:
+        (row,) = [row for row in csv.DictReader(file) if row["mode"] == "falls"]
+    assert float(row["volume [m^3]"]) == pytest.approx(4 / np.sqrt(3))
+    told = json.loads(case.run("key-blocks", "roof.toml", "--json", "--no-picture", "-o", "second").out)
+    assert told["falls"] == [int(row["block"])]
+    assert told["slides"] == {}
+    assert len(told["files"]) == 3
+
+
+def test_a_wedge_in_a_slope_has_its_factor(case: Case) -> None:
+    first, second, face, top, height, friction, cohesion, unit_weight = WEDGES["Hoek and Bray"]
+    _, _, volume, areas = wedge_rock(first, second, face, top, height)
+    planes = "".join(
+        f'\n[[joint_plane]]\nname = "{name}"\ndip = {dip}\ndip_direction = {direction}\npoint = [0, 0, 0]\n'
+        for name, (dip, direction) in (("A", first), ("B", second))
+    )
+    joints = "".join(
+        JOINT.format(name=n, friction=f, cohesion=c) for n, f, c in zip("AB", friction, cohesion, strict=True)
+    )
+    text = f"""
+dimensions = 3
+
+[mesh]
+box = [[-110, -110, -20], [110, 110, 80]]
+
+[rock.granite]
+unit_weight = {unit_weight}
+{joints}{planes}
+[slope]
+toe = [0, 0, 0]
+face = {{dip = {face[0]}, dip_direction = {face[1]}}}
+top = {{dip = {top[0]}, dip_direction = {top[1]}}}
+height = {height}
+
+[key_blocks]
+required = 2.0
+"""
+    case.write("wedge.toml", text)
+    told = json.loads(case.run("key-blocks", "wedge.toml", "--json", "--no-picture").out)
+    (factor,) = told["slides"].values()
+    assert factor == pytest.approx(
+        wedge_factor(first, second, volume, areas, unit_weight, friction, cohesion), abs=1e-6
+    )
+    assert told["volume"] == pytest.approx(volume)
+
+
+def test_the_file_and_python_build_the_same_blocks(case: Case) -> None:
+    case.write("roof.toml", ROOF)
+    loaded = load_space_file(case.folder / "roof.toml")
+    assert loaded.blocks.rock_names == ("gneiss",)
+    assert_allclose(loaded.blocks.moments.volume[loaded.blocks.excavations["cavern"]].sum(), 200.0)
+    found = bsm.key_blocks(loaded.blocks, rocks=loaded.rocks, joints=loaded.joints, excavated=["cavern"])
+    assert found.unstable.sum() == 1
+
+
+def test_sets_have_distributions_scatter_and_discs(case: Case) -> None:
+    text = ROOF.replace(
+        "[[excavation]]",
+        '[[joint_set]]\nname = "J1"\ndip = 20\ndip_direction = 10\nscatter = {fisher = 50}\n'
+        'spacing = {law = "lognormal", mean = "3 m", deviation = "1 m"}\norigin = [0, 0, 5]\n\n'
+        '[[joint_set]]\nname = "J1"\ndip = 80\ndip_direction = 200\ndensity = 0.3\nradius = "2 m"\n\n[[excavation]]',
+    )
+    case.write("roof.toml", text)
+    assert load_space_file(case.folder / "roof.toml").blocks.count > 20
+
+
+def test_every_number_of_the_file_has_a_range() -> None:
+    assert list(numbers_without_range(SpaceFile.model_json_schema(), "model")) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("dimensions = 3", "", "is a model of the plane; key blocks are found in rock of three dimensions"),
+        ("dip = 60", "dip = 95", "[[joint_plane]] number 1, dip = 95: must be 0 to 90 degrees"),
+        ("point = [0, 1, 2]", "point = [0, 1]", "needs three numbers [x, y, z] in m"),
+        ("[joint.J1]", "[joint.J2]", "[[joint_plane]] 'J1': there is no [joint.J1]; did you mean 'J2'?"),
+        ("dip_direction = 0", "dip_dir = 0", "unknown key 'dip_dir'; did you mean 'dip_direction'?"),
+        ("to = 5", "", "from and to go together"),
+        ("from = -5\nto = 5", "from = 40\nto = 50", "excavation 'cavern': there is no rock in it"),
+        ("[5, 2], [-5, 2]]", "[-5, 2], [5, 2]]", "the profile is no simple polygon"),
+        (
+            "[rock.gneiss]",
+            "[rock.a]\nunit_weight = 1\n[rock.gneiss]",
+            "name the rock of the box: rock = one of 'a', 'gneiss'",
+        ),
+        ("friction = 30", "friction = 30\nalong = [[0, 0], [1, 1]]", "lay joints into a mesh of the plane"),
+        ("[[excavation]]", "[key_blocks]\nfree = ['roof']\n[[excavation]]", "there is no boundary 'roof'"),
+        (
+            "[[excavation]]",
+            "[key_blocks]\nrounds = 0\n[[excavation]]",
+            "[key_blocks] rounds = 0: must be a whole number",
+        ),
+        ("box = [[-6, -6, -1], [6, 6, 6]]", "box = [[6, 6, 6], [-6, -6, -1]]", "every coordinate of the second corner"),
+        ('unit_weight = "26 kN/m^3"', 'unit_weight = "26 kg"', "[rock.gneiss] unit_weight"),
+    ],
+)
+def test_what_is_wrong_is_refused(case: Case, old: str, new: str, said: str) -> None:
+    assert ROOF.count(old) >= 1
+    case.write("roof.toml", ROOF.replace(old, new, 1))
+    case.refuses("key-blocks", "roof.toml", says=[said])
+
+
+@pytest.mark.parametrize("command", ["run", "check", "limit", "safety"])
+def test_other_commands_say_that_they_read_no_such_file(case: Case, command: str) -> None:
+    case.write("roof.toml", ROOF)
+    case.refuses(command, "roof.toml", says=["is a model of three dimensions; only bsm-mesh key-blocks reads it"])
