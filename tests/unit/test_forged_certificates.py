@@ -63,6 +63,9 @@ SCENES: dict[str, Callable[[], bsm.Model]] = {
     "held by a load": lambda: incline(25.0, loads=[bsm.PointLoad(block=1, point=(0.0, 0.2), force=(2e3, 1e3))]),
     "hangs": hanging,
     "water": lambda: incline(40.0, water=bsm.Water(table=[(-20, -0.2), (20, 0.2)])),
+    "two tables": lambda: incline(
+        40.0, water=bsm.Water(table=[[(-20, -0.4), (1, 0.3)], [(-3, -0.2), (20, 0.2)]], head="parallel")
+    ),
     "rocks on water": lambda: model_of(
         [rectangle(-4, -1, 6, 0), rectangle(0, 0, 2, 8)],
         friction=75.0,
@@ -264,6 +267,20 @@ def no_gravity(a: dict[str, Any], stage: dict[str, Any]) -> None:
     scale(0.0, "reactions", "support_reaction", "support_moment")(a, stage)
 
 
+def other_table(a: dict[str, Any], stage: dict[str, Any]) -> None:
+    """Turn the last piece of the table about its start: dry there, so that the water on the blocks is as before."""
+    a["water_pieces"][-1, :2] += 0.1 * a["water_breaks"][-1], -0.1
+
+
+def invented_bolt(a: dict[str, Any], stage: dict[str, Any]) -> None:
+    """Hold a block by a bolt, and give the difference to its weight."""
+    from bsm_mesh.app.verify_certificate.geometry import moments
+
+    force, centroid = np.array([[1e3, 2e3]]), moments(a["vertices"], a["offsets"])["centroid"]
+    a["bolt_block"], a["bolt_point"], a["bolt_force"] = np.array([1]), centroid[1:2], force
+    a["weight"][1] -= force[0]
+
+
 def stiffer_water(a: dict[str, Any], stage: dict[str, Any]) -> None:
     a["load_stiffness"] = a["load_stiffness"] + 1e6 * np.eye(3)
 
@@ -356,6 +373,8 @@ FORGED: dict[str, tuple[str, Change, str]] = {
     "no tension in a proof": ("hangs", without_tension, "less tensile strength"),
     "less water, less weight": ("water", less_water, "has other water than the table's"),
     "a higher table, with its water": ("water", higher_water, "water table is not that of model.toml"),
+    "another table of two": ("two tables", other_table, "water table is not that of model.toml"),
+    "a bolt invented": ("rests", invented_bolt, "held by a bolt, and there is none in model.toml"),
     "water that holds blocks": ("rocks on water", stiffer_water, "stiffness of loads and water is not theirs"),
     "no unit weights": ("rests", of_nothing, "has no unit_weight, gravity"),
 }

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from .geometry import Arrays, size_of
+from .water import table_faults
 
 MODEL, MESH = "model.toml", "mesh.vtu"
 FALLEN = 0.04  # of its size: a block that comes down has moved by more
-WATER = 9810.0  # N/m3, where the file gives none
 SAME = 1e-9  # relative: numbers of two files of the same model
 TYPES = {"Float64": np.float64, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}
 
@@ -43,7 +43,8 @@ class GivenFiles:
     def faults(self, stage: dict[str, Any], a: Arrays) -> list[str]:
         """Return what of a stage is otherwise than in the files."""
         found = [*self._outlines(a), *self._weights(a), *self._gravity(stage, a), *self._supports(a)]
-        found += [*self._movement(stage, a), *self._loads(a), *self._water(a), *self._tension(stage, a)]
+        found += [*self._movement(stage, a), *self._loads(a), *self._water(a), *self._bolts(a)]
+        found += self._tension(stage, a)
         laws = [*stage["laws"], *stage.get("proof", {}).get("laws", [])]
         return found + [fault for law in laws for fault in self._strength(law)]
 
@@ -107,21 +108,12 @@ class GivenFiles:
     def _water(self, a: Arrays) -> list[str]:
         if "water_pieces" not in a or not self.model or any("water" in one for one in self.model.get("stage", [])):
             return []
-        water: dict[str, Any] = self.model.get("water", {})
-        lines = water.get("table", [])
-        if not lines:
-            wet = np.isfinite(a["water_pieces"][:, 0]).any()
-            return [f"there is a water table, and none in {MODEL}"] if wet else []
-        lines = lines if isinstance(lines[0][0], list) else [lines]
-        if len(lines) > 1:  # of several the highest counts
+        return table_faults(a, self.model.get("water", {}), MODEL)
+
+    def _bolts(self, a: Arrays) -> list[str]:
+        if not self.model or self.model.get("bolt") or not np.any(a["bolt_force"]):
             return []
-        x, y = np.array(lines[0], dtype=float).T
-        level, slope, _ = a["water_pieces"][np.searchsorted(a["water_breaks"], x)].T
-        slopes = a["water_pieces"][:, 1] if water.get("head") == "parallel" else np.zeros(len(a["water_pieces"]))
-        gradient = water.get("unit_weight", WATER) / (1 + slopes**2)
-        same = np.abs(level + slope * x - y).max() <= SAME * max(np.ptp(a["vertices"]), np.abs(y).max())
-        same &= np.abs(a["water_pieces"][:, 2] - gradient).max() <= SAME * gradient.max()
-        return [] if same else [f"the water table is not that of {MODEL}"]
+        return [f"block {int(a['bolt_block'][0])} is held by a bolt, and there is none in {MODEL}"]
 
     def _tension(self, stage: dict[str, Any], a: Arrays) -> list[str]:
         laws = stage.get("proof", {}).get("laws", [])

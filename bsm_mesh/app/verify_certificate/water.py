@@ -8,6 +8,9 @@ import numpy as np
 
 from .geometry import AGREES, Arrays, placed
 
+WATER = 9810.0  # N/m3, where the model file gives none
+SAME = 1e-9  # relative: numbers of two files of the same model
+
 
 def water_on(a: Arrays, position: Any) -> tuple[Any, Any]:
     """Return the table's force and moment about the centroid on every block, (n, 3), and the stiffness, (n, 3, 3).
@@ -92,3 +95,38 @@ def stiffness_faults(a: Arrays) -> list[str]:
     steepest = np.where(np.isfinite(a["water_pieces"][:, 0]), a["water_pieces"][:, 2], 0.0).max()
     allowed = AGREES * (most.max(initial=0.0) + steepest * np.ptp(a["vertices"]))
     return [] if off.max(initial=0.0) <= allowed else ["the stiffness of loads and water is not theirs"]
+
+
+def table_faults(a: Arrays, water: dict[str, Any], file: str) -> list[str]:
+    """Return whether the table is another one than that of the model file's [water], or of its highest lines."""
+    lines = water.get("table", [])
+    if not lines:
+        return [f"there is a water table, and none in {file}"] if np.isfinite(a["water_pieces"][:, 0]).any() else []
+    lines = [np.array(one, dtype=float) for one in (lines if isinstance(lines[0][0], list) else [lines])]
+    breaks = np.unique(np.concatenate([a["water_breaks"], *(one[:, 0] for one in lines)]))
+    ends = np.concatenate([[breaks[0] - 1.0], breaks, [breaks[-1] + 1.0]])
+    x = np.concatenate([ends[:-1] + share * np.diff(ends) for share in (0.25, 0.75)])
+    level, slope, gradient = a["water_pieces"][np.searchsorted(a["water_breaks"], x)].T
+    high = max(np.ptp(a["vertices"]), *(np.abs(one[:, 1]).max() for one in lines))
+    same = np.abs(level + slope * x - table_at(lines, x)).max() <= SAME * high
+    heavy = water.get("unit_weight", WATER)
+    wanted = heavy / (1 + slope**2 * (water.get("head") == "parallel"))
+    same &= np.abs(gradient - wanted).max() <= SAME * heavy
+    return [] if same else [f"the water table is not that of {file}"]
+
+
+def table_at(lines: list[Any], x: Any) -> Any:
+    """Return the highest line at abscissas x, of those that reach there; straight over gaps, level beyond all ends."""
+    over = np.full((len(lines), len(x)), -np.inf)
+    for row, line in zip(over, lines, strict=True):  # a few lines
+        inside = (x > line[0, 0]) & (x < line[-1, 0])
+        row[inside] = np.interp(x[inside], *line.T)
+    highest = over.max(axis=0)
+    points = np.concatenate(lines)
+    points = points[np.lexsort((points[:, 1], points[:, 0]))]
+    dry = np.flatnonzero(~np.isfinite(highest))
+    for k in dry:  # beside all lines
+        left, right = points[points[:, 0] <= x[k]], points[points[:, 0] >= x[k]]
+        near = [side[side[:, 0] == at(side[:, 0])][-1] for side, at in ((left, np.max), (right, np.min)) if len(side)]
+        highest[k] = np.interp(x[k], *np.array(near).T)
+    return highest
