@@ -26,6 +26,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
         ("entering_edge", "i4"),
         ("parallel_edges", "i1"),
         ("in_range", "?"),
+        ("beyond_node", "?"),  # lies on the other side of a node from which the line goes on: what it shares is there
         ("was_vertex_contact", "?"),  # was a corner-corner contact; now edges of both corners lie on each other
         ("state", "i1"),
     ],
@@ -130,10 +131,18 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
 
     Parallel edges that only meet end to end, and corners of diagonal neighbours, are corner-corner contacts.
     """
-    overlap, parallel_edge, parallel_edges, shorter = _overlap(vertices, rules, row)
+    overlap, parallel_edge, parallel_edges, shorter = _overlap(
+        vertices, rules, row.corner, row.edge, row.tangential, row.edge_length
+    )
     from_end = min(abs(row.tangential), abs(row.tangential - row.edge_length))
     short = overlap < min(rules.min_overlap * h, 0.5 * shorter)
     end_to_end = parallel_edge >= 0 and from_end < rules.min_overlap * h and short
+    row.beyond_node = False
+    if end_to_end:
+        further = _overlap_beyond(vertices, rules, row)
+        row.beyond_node = further >= rules.min_overlap * h
+        end_to_end = not row.beyond_node
+        overlap += further if row.beyond_node else 0.0
     row.parallel_edge, row.parallel_edges, row.overlap = parallel_edge, parallel_edges, overlap
     row.length = 0.5 * overlap if overlap > 0.0 and not end_to_end else rules.corner_share * h
     diagonal = from_end < rules.vertex_tol * h and _meets_diagonally(vertices, h, rules, row)
@@ -152,15 +161,31 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
 
 
 @njit(forceinline=True)
+def _overlap_beyond(vertices: RecordArray, rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
+    """Return what a's parallel edges at the corner share with the edge that goes on in line beyond the nearer end."""
+    e = row.edge
+    at_start = row.tangential < 0.5 * row.edge_length
+    next_edge = vertices[e].preceding if at_start else vertices[e].following
+    cosine = vertices[e].dx * vertices[next_edge].dx + vertices[e].dy * vertices[next_edge].dy
+    sine = vertices[e].dx * vertices[next_edge].dy - vertices[e].dy * vertices[next_edge].dx
+    if cosine < 0.0 or abs(sine) > rules.parallel:
+        return 0.0
+    end = vertices[vertices[next_edge].following]
+    length = np.hypot(end.x - vertices[next_edge].x, end.y - vertices[next_edge].y)
+    tangential = row.tangential + length if at_start else row.tangential - row.edge_length
+    shared, _, _, _ = _overlap(vertices, rules, row.corner, next_edge, tangential, length)
+    return shared
+
+
+@njit(forceinline=True)
 def _overlap(
-    vertices: RecordArray, rules: Rules, row: Record
+    vertices: RecordArray, rules: Rules, v: int, e: int, tangential: float, length: float
 ) -> tuple[float, int, int, float]:  # pragma: no cover - compiled
-    """Return the overlap of a's parallel edges at the corner with the edge, the one with most, how many, the shorter.
+    """Return the overlap of a's parallel edges at corner v with edge e, the one with most, how many, the shorter.
 
     Faces lie against each other, so their edges run in opposite directions.
     """
-    v, tangential, length = row.corner, row.tangential, row.edge_length
-    tx, ty = vertices[row.edge].dx, vertices[row.edge].dy
+    tx, ty = vertices[e].dx, vertices[e].dy
     total, most, best, count, shorter = 0.0, -1.0, -1, 0, length
     for side in range(2):
         f = v if side == 0 else vertices[v].preceding

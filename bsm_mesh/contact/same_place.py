@@ -19,7 +19,8 @@ def are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -
     v_starts, v_ends = f == v, vertices[f].following == v
     if not ((w_starts or w_ends) and (v_starts or v_ends)):
         return False
-    if one.parallel_edge >= 0 and other.parallel_edge >= 0 and not ((w_starts and v_ends) or (w_ends and v_starts)):
+    faces = one.parallel_edge >= 0 and other.parallel_edge >= 0 and not (one.beyond_node or other.beyond_node)
+    if faces and not ((w_starts and v_ends) or (w_ends and v_starts)):
         return False  # the two ends of a short face
     return bool(np.hypot(vertices[v].x - vertices[w].x, vertices[v].y - vertices[w].y) < reach)
 

@@ -79,6 +79,20 @@ def test_a_block_does_not_snag_at_a_flush_joint_but_at_a_step():
     assert slide(0.03, RULES._replace(min_overlap=0.05))[0] < 1e-6
 
 
+@pytest.mark.parametrize("aside", [-2e-3, -1e-4, 1e-4, 2e-3])
+@pytest.mark.parametrize("degrees", [2.0, 4.0, 5.5])
+def test_a_heel_bears_beside_a_node_of_the_floor(degrees, aside):
+    """Seen: a column that tips about a corner beside a node of the floor sinks through it."""
+    floor = np.array([(-5, -1), (5, -1), (5, 0), (0, 0), (-5, 0)], float)
+    start = Scene.of([floor, rectangle(-1, 0, 0, 4)])
+    tipped = start.moved(1, (aside, -1e-5), degrees=-degrees, about=(0.0, 0.0))
+    found = tipped.detect()
+    rows = tipped.within_tolerance(found)
+    closes = rows[found.in_range[rows] & (found.corner_gap[rows] == 0.0)]
+    heel = [k for k in closes if np.hypot(*(tipped.placed[found.corner[k]] - (aside, 0))) < 0.01]
+    assert heel, "nothing holds the heel"
+
+
 def test_the_face_of_a_small_block_counts_as_overlap():
     """A whole edge is shared, however short: the rule must not take the support from under it."""
     for side in (0.004, 0.02):
