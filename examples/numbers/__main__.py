@@ -21,6 +21,7 @@ from examples.numbers import (
     statics,
     thesis,
     threads,
+    three_dimensions,
     tunnel,
     tutorial,
 )
@@ -42,6 +43,7 @@ PARTS = (
     licences,
     dupont,
     cassiar,
+    three_dimensions,
 )
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
 

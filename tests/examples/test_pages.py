@@ -23,6 +23,7 @@ from pydantic import ValidationError
 from bsm_mesh import geometries
 from bsm_mesh.app.cli import cli
 from bsm_mesh.app.model_tables import ModelFile
+from bsm_mesh.app.space_tables import SpaceFile
 from bsm_mesh.app.study_file import StudyFile, flat_keys
 from bsm_mesh.processes import python_command
 from docs.code_blocks import ROOT, Block, blocks_of
@@ -38,6 +39,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": [*RUN, SURVEY],
     "docs/safety.md": [],
+    "docs/three_dimensions.md": [],
     "docs/tutorial.md": [],
     "docs/user_guide.md": [  # a mesh, for --no-scripts
         "bsm-mesh new slope .",
@@ -129,11 +131,11 @@ def test_parts_of_model_files_have_known_keys_and_values(page: str) -> None:
         if block.language == "toml":
             table = tomllib.loads(block.text)
             study = {k: dict(flat_keys(v)) if k in ("vary", "scatter") else v for k, v in table.items()}
-            faults = min(unknown(ModelFile, table), unknown(StudyFile, study), key=len)
+            faults = min(unknown(ModelFile, table), unknown(StudyFile, study), unknown(SpaceFile, table), key=len)
             assert not faults, f"{page}, line {block.line}: {faults}"
 
 
-def unknown(kind: type[ModelFile] | type[StudyFile], table: dict[str, Any]) -> list[str]:
+def unknown(kind: type[ModelFile] | type[StudyFile] | type[SpaceFile], table: dict[str, Any]) -> list[str]:
     """Return the faults of a part of a file, besides that more is needed."""
     try:
         kind.model_validate(table)
