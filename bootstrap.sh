@@ -209,7 +209,7 @@ pip_install() {
 
 # Kernels are compiled once, into the package, where every way of calling finds them; what is there is not compiled again.
 compile_kernels() {
-    (cd "$root" && "$python" -m bsm_mesh.app.precompile) || say "kernels could not be compiled now; a run compiles those that it needs"
+    (cd "$root" && "$python" -m bsm_mesh.commands.precompile) || say "kernels could not be compiled now; a run compiles those that it needs"
 }
 
 # -------------------------------------------------------------------------------------------------- tests

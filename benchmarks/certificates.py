@@ -1,6 +1,6 @@
 """Run every example and check its certificates apart: ``python -m benchmarks.certificates``.
 
-Exit code 1 where one does not hold. The check is `bsm_mesh/app/verify_certificate`, in a
+Exit code 1 where one does not hold. The check is `bsm_mesh/certificate/verify_certificate`, in a
 Python that finds nothing of the package.
 """
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
-SCRIPT = ROOT / "bsm_mesh/app/verify_certificate"
+SCRIPT = ROOT / "bsm_mesh/certificate/verify_certificate"
 
 
 def checked(model: Path, place: Path) -> list[tuple[str, ...]]:

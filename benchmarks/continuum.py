@@ -16,10 +16,10 @@ from pathlib import Path
 
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
-from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.converters.continuum.references import Request, continuum_of
 from bsm_mesh.converters.continuum.stages import Continuum
+from bsm_mesh.modelfile.build import load_model_file
 from examples.numbers.pages import markdown
 
 ROOT = Path(__file__).parents[1]
@@ -31,7 +31,9 @@ Line = tuple[str, ...]
 
 def all_models() -> list[Path]:
     """Return the model files of examples and starters."""
-    found = sorted((ROOT / "examples").glob("*/*.toml")) + sorted((ROOT / "bsm_mesh/app/starters").glob("*/*.toml"))
+    found = sorted((ROOT / "examples").glob("*/*.toml")) + sorted(
+        (ROOT / "bsm_mesh/commands/starters").glob("*/*.toml")
+    )
     return [path for path in found if "mesh" in tomllib.loads(path.read_text(encoding="utf-8"))]  # a study has none
 
 

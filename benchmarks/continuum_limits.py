@@ -19,10 +19,10 @@ import bsm_mesh as bsm
 from benchmarks.campaign.families.slopes import draw_leaning, draw_slope
 from benchmarks.continuum import ROOT
 from benchmarks.pages import add_into, tell
-from bsm_mesh.app.build import load_model_file
-from bsm_mesh.app.tables import engineering
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum, solve_continuum_stages
+from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.results.records import ContactStatus
+from bsm_mesh.text.tables import engineering
 from examples.numbers.pages import markdown
 from tests.scenes.continuum import bolted, cantilever, on_a_slope, sag
 from tests.scenes.kirsch import cut_by_stages

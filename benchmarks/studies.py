@@ -20,7 +20,7 @@ from typing import Any
 
 import psutil
 
-from bsm_mesh.app.study_folder import RUNS
+from bsm_mesh.folder.study_folder import RUNS
 from bsm_mesh.studies.table import StudyTable
 
 HEIGHT, BEDDING, CROSS = 40.0, 2.2, 5.0  # m: the starter's slope with 300 blocks
@@ -42,7 +42,7 @@ DASK = """\
 import sys
 from pathlib import Path
 from distributed import LocalCluster
-from bsm_mesh.app.study import run_study
+from bsm_mesh.commands.study import run_study
 
 if __name__ == "__main__":
     with LocalCluster(n_workers=int(sys.argv[2]), threads_per_worker=1, dashboard_address=None) as cluster:

@@ -20,7 +20,7 @@ from bsm_mesh.reading import as_path
 from bsm_mesh.run import run, spread
 
 if TYPE_CHECKING:
-    from bsm_mesh.app.study import StudyResults
+    from bsm_mesh.commands.study import StudyResults
     from bsm_mesh.model import (
         BartonBandis,
         Beside,
@@ -126,7 +126,7 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     ModelError
         With every fault found in the file, its mesh or the model as a whole.
     """
-    from bsm_mesh.app.build import load as load_model
+    from bsm_mesh.modelfile.build import load as load_model
 
     return load_model(as_path("load: path", path), scripts=scripts)
 
@@ -160,7 +160,7 @@ def study(
     ModelError
         For faults of the study file and its model, and for a folder that holds another study.
     """
-    from bsm_mesh.app.study import run_study
+    from bsm_mesh.commands.study import run_study
 
     folder = None if output is None else as_path("study: output", output)
     return run_study(as_path("study: path", path), folder, processes=processes, scheduler=scheduler, scripts=scripts)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 from typing import Any
 
-from bsm_mesh.app.interruption import guarded
+from bsm_mesh.text.interruption import guarded
 
 
 def main() -> None:
@@ -17,7 +17,7 @@ def main() -> None:
 
 
 def _command() -> Any:
-    from bsm_mesh.app.cli import main as run_command
+    from bsm_mesh.commands.cli import main as run_command
 
     return run_command()
 

@@ -98,7 +98,7 @@ def run(
     if not isinstance(options, Options | None):
         raise ModelError(f"run: options = {options!r} must be bsm.Options(...)")
     if isinstance(model, str | os.PathLike):
-        from bsm_mesh.app.run_file import run_file
+        from bsm_mesh.folder.run_file import run_file
 
         def warn(note: str) -> None:
             warnings.warn(one_line(note), MeshWarning, stacklevel=4)  # where this function was called

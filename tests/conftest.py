@@ -16,8 +16,9 @@ import pytest
 from numba.core import event
 
 import bsm_mesh as bsm
-from bsm_mesh.app import checkpoints, plot
 from bsm_mesh.converters.meshes import apart
+from bsm_mesh.folder import checkpoints
+from bsm_mesh.pictures import plot
 from tests.campaigns.scenes import put_model
 from tests.scenes.here import run_here
 from tests.scenes.interrupted import copies_of, interrupted

@@ -65,6 +65,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "methods": {"algebra", "contacts", "step"},
     "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},
 }
+APPLICATION = ("text", "modelfile", "certificate", "folder", "pictures", "pages", "commands")  # folders of bsm_mesh
 DOORS = {"cluster", "limit_analysis"}  # hand names on to scripts, define nothing
 ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "blocks": set(),
@@ -122,7 +123,7 @@ def is_allowed(module: str, name: str, at_load: bool) -> bool:
         return any(below(name, target) for target in FOR_GEOMETRIES)
     if part == "converters":
         return any(below(name, target) for target in FOR_CONVERTERS)
-    return part == "bsm_mesh" and below(module, "bsm_mesh.app") and not at_load
+    return part == "bsm_mesh" and module.split(".")[1] in APPLICATION and not at_load
 
 
 def wrong_arrows(root: Path) -> list[str]:
@@ -231,7 +232,7 @@ def test_rooms_of_three_dimensions():
         for name, _, _ in imports(path.read_text(encoding="utf-8"), module_name(path, ROOT), path.stem == "__init__")
         if below(name, "bsm_mesh.three_d") and not below(module_name(path, ROOT), "bsm_mesh.three_d")
     }
-    assert users - doors == {user for user in users if user.startswith("bsm_mesh/app/")}
+    assert users - doors == {user for user in users if user.split("/")[1] in APPLICATION}
 
 
 FOR_STUDIES = ("model", "arrays", "errors", "files", "processes", "studies", "__version__")
@@ -312,12 +313,12 @@ def test_geometries_need_no_gmsh_to_be_imported():
         ("converters/meshes.py", "import bsm_mesh.run", True),
         ("bsm_mesh/run.py", "from bsm_mesh import converters", True),
         ("bsm_mesh/run.py", "def run():\n    from bsm_mesh import converters", True),
-        ("bsm_mesh/app/cli.py", "def run():\n    from bsm_mesh import converters", False),
-        ("bsm_mesh/app/cli.py", "def run():\n    import converters", True),
-        ("bsm_mesh/app/cli.py", "if True:\n    from bsm_mesh import converters", True),
-        ("bsm_mesh/app/cli.py", "class A:\n    from bsm_mesh.geometries import tunnel", True),
+        ("bsm_mesh/commands/cli.py", "def run():\n    from bsm_mesh import converters", False),
+        ("bsm_mesh/commands/cli.py", "def run():\n    import converters", True),
+        ("bsm_mesh/commands/cli.py", "if True:\n    from bsm_mesh import converters", True),
+        ("bsm_mesh/commands/cli.py", "class A:\n    from bsm_mesh.geometries import tunnel", True),
         (
-            "bsm_mesh/app/cli.py",
+            "bsm_mesh/commands/cli.py",
             "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import bsm_mesh.converters",
             False,
         ),
@@ -337,7 +338,7 @@ def loaded_by(statement: str) -> set[str]:
     return set(done.stdout.split())
 
 
-HELP = "from bsm_mesh.app.cli import cli; cli.main(['run', '--help'], standalone_mode=False)"
+HELP = "from bsm_mesh.commands.cli import cli; cli.main(['run', '--help'], standalone_mode=False)"
 
 
 @pytest.mark.parametrize("statement", ["import bsm_mesh", "import bsm_mesh.model, bsm_mesh.results", HELP])
@@ -444,18 +445,18 @@ def test_the_search_finds_other_writers(text, wrong):
 
 ONLY_THERE = {  # what is done in one module only, so that its care is taken everywhere
     "print": {
-        "bsm_mesh/app/terminal.py",
-        "bsm_mesh/app/compare_pictures.py",
-        "bsm_mesh/app/pictures.py",
-        "bsm_mesh/app/animation.py",
-        "bsm_mesh/app/verify_certificate/folder.py",
+        "bsm_mesh/text/terminal.py",
+        "bsm_mesh/pictures/compare_pictures.py",
+        "bsm_mesh/pictures/pictures.py",
+        "bsm_mesh/pictures/animation.py",
+        "bsm_mesh/certificate/verify_certificate/folder.py",
     },  # the three that draw: a pipe; the last imports nothing of the package
     "click.echo": set(),
     "sys.stderr.write": set(),
     "sys.stdout.write": set(),
     "numba.njit": {"bsm_mesh/compiled.py"},
     "nb.njit": set(),
-    "csv.writer": {"bsm_mesh/app/csv_tables.py"},
+    "csv.writer": {"bsm_mesh/text/csv_tables.py"},
     "csv.DictWriter": set(),
 }
 

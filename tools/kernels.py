@@ -24,8 +24,8 @@ from numba.core import event, types
 from numba.core.dispatcher import Dispatcher
 
 import bsm_mesh
-from bsm_mesh.app import cli, precompile
-from bsm_mesh.app.starters import starter_names
+from bsm_mesh.commands import cli, precompile
+from bsm_mesh.commands.starters import starter_names
 from bsm_mesh.files import write_text
 from bsm_mesh.solve.algebra import pardiso
 from docs.code_blocks import python_blocks

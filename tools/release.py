@@ -26,7 +26,7 @@ from docs.code_blocks import python_blocks, typed
 
 ROOT = Path(__file__).parents[1]
 SDIST = "import setuptools.build_meta as b, sys; b.build_sdist(sys.argv[1])"
-KERNELS = ("-m", "bsm_mesh.app.precompile", "--only")
+KERNELS = ("-m", "bsm_mesh.commands.precompile", "--only")
 WHEEL = ("-m", "pip", "wheel", "-q", "--no-deps", "--no-index", "--no-build-isolation")
 
 

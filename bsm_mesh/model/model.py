@@ -185,13 +185,13 @@ class Model:
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
         """
-        from bsm_mesh.app.plotting import plot_model
+        from bsm_mesh.pictures.plotting import plot_model
 
         return plot_model(self, window, figure)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of it."""
-        from bsm_mesh.app.notebook import model_html
+        from bsm_mesh.pages.notebook import model_html
 
         return model_html(self)
 

@@ -158,13 +158,13 @@ class Results:
         ModelError
             If there is no such picture or stage, nothing to show in it, or the window is none, or of a chart.
         """
-        from bsm_mesh.app.plotting import plot_results
+        from bsm_mesh.pictures.plotting import plot_results
 
         return plot_results(self, picture, stage, window, figure, beside)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of them."""
-        from bsm_mesh.app.notebook import results_html
+        from bsm_mesh.pages.notebook import results_html
 
         return results_html(self)
 
@@ -193,8 +193,8 @@ class Results:
         ModelError
             If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
         """
-        from bsm_mesh.app.result_tables import OutputForm
-        from bsm_mesh.app.storage import save_results
+        from bsm_mesh.folder.result_tables import OutputForm
+        from bsm_mesh.folder.storage import save_results
 
         form = OutputForm(tables=tables, compression=compression)
         return save_results(self, as_path("Results.save: folder", folder), form=form)
@@ -214,7 +214,7 @@ class Results:
         ModelError
             If there is no such stage, or nothing of the kind in it.
         """
-        from bsm_mesh.app.result_objects import to_meshio
+        from bsm_mesh.folder.result_objects import to_meshio
 
         return to_meshio(self, kind, stage)
 
@@ -229,7 +229,7 @@ class Results:
         ModelError
             As `to_meshio`, or if PyVista is not installed.
         """
-        from bsm_mesh.app.result_objects import to_pyvista
+        from bsm_mesh.folder.result_objects import to_pyvista
 
         return to_pyvista(self, kind, stage)
 
@@ -246,7 +246,7 @@ class Results:
         ModelError
             If there is no such table, or pandas is not installed.
         """
-        from bsm_mesh.app.result_tables import to_pandas
+        from bsm_mesh.folder.result_tables import to_pandas
 
         return to_pandas(self, table)
 
@@ -259,6 +259,6 @@ class Results:
         ModelError
             If the folder holds no results, or a file of them is not as it was written.
         """
-        from bsm_mesh.app.storage import load_results
+        from bsm_mesh.folder.storage import load_results
 
         return load_results(as_path("Results.load: folder", folder))

@@ -24,7 +24,7 @@ PAGES: dict[str, tuple[str, str]] = {
         bsm_mesh.results.records.SupportForces bsm_mesh.results.records.StepRecord bsm_mesh.results.records.Status
         bsm_mesh.results.bolts.BoltForces bsm_mesh.results.check.Check bsm_mesh.results.falls.Fall
         bsm_mesh.solve.limit.analysis.LimitAnalysis bsm_mesh.safety.answer.Safety
-        bsm_mesh.safety.measurements.BackAnalysis bsm_mesh.app.study.StudyResults""",
+        bsm_mesh.safety.measurements.BackAnalysis bsm_mesh.commands.study.StudyResults""",
     ),
     "libraries": ("Bolt patterns, published rocks and joints", "bolt_patterns library"),
 }

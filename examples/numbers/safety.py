@@ -12,11 +12,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import bsm_mesh as bsm
-from bsm_mesh.app.safety_pictures import draw_mechanism
-from bsm_mesh.app.safety_text import answer_rows
-from bsm_mesh.app.starters import write_starter
+from bsm_mesh.commands.starters import write_starter
+from bsm_mesh.pictures.safety_pictures import draw_mechanism
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.factor import factor_of_safety
+from bsm_mesh.text.safety_text import answer_rows
 from examples.numbers.pages import Table, markdown
 from tests.scenes.known_factors import known
 from tests.scenes.large import jointed_slope

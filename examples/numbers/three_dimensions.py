@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 import bsm_mesh as bsm
-from bsm_mesh.app.space_file import load_space_file
 from bsm_mesh.geometries import three_d
+from bsm_mesh.modelfile.space_file import load_space_file
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
 from bsm_mesh.three_d.limit.strength import ConeStrength

@@ -102,8 +102,8 @@ def _results(model: str, folder: Path) -> Path:
 @cache
 def _demo(folder: Path) -> Path:
     """Return the folder with both models of the demo."""
-    from bsm_mesh.app.demo import MODEL, UNBOLTED, without_bolts
-    from bsm_mesh.app.starters import write_starter
+    from bsm_mesh.commands.demo import MODEL, UNBOLTED, without_bolts
+    from bsm_mesh.commands.starters import write_starter
 
     case = folder / "demo"
     write_starter("cavern", case)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-from bsm_mesh.app.canvas import OPENS, ROCKS, SLIPS
-from bsm_mesh.app.figures import TEXT, paper, save
+from bsm_mesh.pictures.canvas import OPENS, ROCKS, SLIPS
+from bsm_mesh.pictures.figures import TEXT, paper, save
 
 TARGET = Path(__file__).parents[2] / "docs/method.png"
 LEFT = np.array([(0, 0), (2.1, 0), (1.7, 1.9), (0, 1.6)])

@@ -80,7 +80,7 @@ def done(there: Place, given: Foreign) -> tuple[str, list[str]]:
 
 def command(*words: str) -> tuple[int, str]:
     """Return the exit code of a command of ``bsm-mesh``, and all that it prints."""
-    from bsm_mesh.app.cli import main
+    from bsm_mesh.commands.cli import main
 
     out = io.StringIO()
     try:

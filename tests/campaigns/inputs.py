@@ -104,7 +104,7 @@ def judge(given: Input) -> Outcome:
 
 
 def where(error: BaseException) -> str:
-    """Return the deepest place of ours in an exception's traceback: ``bsm_mesh/app/units.py:convert``."""
+    """Return the deepest place of ours in an exception's traceback: ``bsm_mesh/modelfile/units.py:convert``."""
     found = "?"
     for frame in traceback.extract_tb(error.__traceback__):
         path = Path(frame.filename).resolve()  # bsm_mesh.geometries is a link to the folder

@@ -156,7 +156,7 @@ class Scene:
 
     def run(self, *more: str) -> tuple[int, str]:
         """Run the command in this process, with more arguments; return its exit code and what it says on stderr."""
-        from bsm_mesh.app.cli import main
+        from bsm_mesh.commands.cli import main
 
         err = io.StringIO()
         kept, tempfile.tempdir = tempfile.tempdir, str(self.root / "tmp")
@@ -226,7 +226,7 @@ class Scene:
 @contextmanager
 def counted_steps() -> Iterator[list[int]]:
     """Give a list to which the command adds the stage of every step."""
-    from bsm_mesh.app.progress import Progress
+    from bsm_mesh.text.progress import Progress
 
     seen: list[int] = []
     step = Progress.step

@@ -86,7 +86,7 @@ class Section:
 
 def section_of(mesh: dict[str, Any], files: dict[str, bytes]) -> Section:
     """Return the mesh of a model file's table: of a mesh file, or of a geometry, which is built."""
-    from bsm_mesh.app.build_mesh import build_geometry
+    from bsm_mesh.modelfile.build_mesh import build_geometry
 
     with tempfile.TemporaryDirectory() as folder:
         for name, data in files.items():

@@ -78,7 +78,8 @@ def sample(last: int, every: int) -> list[int]:
 def main(number: int, root: Path, log: int, arguments: list[str]) -> None:
     """Run the program; it does not come back from operation `number`."""
     from bsm_mesh.__main__ import main as program
-    from bsm_mesh.app import checkpoints, progress
+    from bsm_mesh.folder import checkpoints
+    from bsm_mesh.text import progress
 
     checkpoints.SETTINGS.interval = 0.0
     stages: set[int] = set()

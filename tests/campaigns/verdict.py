@@ -94,7 +94,7 @@ def judge_change(there: Place, given: Change) -> tuple[str, str, str]:
 
 def run(there: Place, files: Mapping[str, bytes]) -> tuple[int, dict[str, Any], str]:
     """Run ``model.toml`` of some files by the command; return the exit code, what the JSON says, and all words."""
-    from bsm_mesh.app.cli import main
+    from bsm_mesh.commands.cli import main
 
     there.clean()
     there.put(files)

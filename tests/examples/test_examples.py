@@ -13,8 +13,8 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
-from bsm_mesh.app import verify_certificate
-from bsm_mesh.app.cli import cli
+from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.commands.cli import cli
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 
 pytest.importorskip("gmsh")

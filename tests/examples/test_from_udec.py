@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.model_tables import ModelFile
+from bsm_mesh.modelfile.model_tables import ModelFile
 from docs.code_blocks import files_of, typed
 from tests.scenes.small_case import Case
 from tests.scenes.typed_lines import type_line

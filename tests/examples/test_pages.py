@@ -21,10 +21,10 @@ import pytest
 from pydantic import ValidationError
 
 from bsm_mesh import geometries
-from bsm_mesh.app.cli import cli
-from bsm_mesh.app.model_tables import ModelFile
-from bsm_mesh.app.space_tables import SpaceFile
-from bsm_mesh.app.study_file import StudyFile, flat_keys
+from bsm_mesh.commands.cli import cli
+from bsm_mesh.commands.study_file import StudyFile, flat_keys
+from bsm_mesh.modelfile.model_tables import ModelFile
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.processes import python_command
 from docs.code_blocks import ROOT, Block, blocks_of
 from tests.scenes.here import run_here

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import checkpoints
-from bsm_mesh.app.own_files import CHECKPOINT
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder import checkpoints
+from bsm_mesh.folder.own_files import CHECKPOINT
 from tests.campaigns.scenes import content
 from tests.file_operations import watched
 

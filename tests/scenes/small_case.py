@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from bsm_mesh.app.cli import main
+from bsm_mesh.commands.cli import main
 
 ROOT = Path(__file__).parents[2]
 MODEL = """\

@@ -40,8 +40,8 @@ def test_usage(case: Case, arguments: list[str], words: list[str]) -> None:
 @pytest.mark.parametrize("command", ["run", "compare"])
 def test_output_folders_that_cannot_be(case: Case, command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Told before the solution, not after it."""
-    for solver in ("comparing.run", "run_file.solve"):
-        monkeypatch.setattr(f"bsm_mesh.app.{solver}", lambda *_: pytest.fail("was solved first"))
+    for solver in ("commands.comparing.run", "folder.run_file.solve"):
+        monkeypatch.setattr(f"bsm_mesh.{solver}", lambda *_: pytest.fail("was solved first"))
     case.refuses(command, "model.toml", "-o", "mesh.msh", says=["cannot write results to mesh.msh", "not a folder"])
     case.refuses(command, "model.toml", "-o", "mesh.msh/out", says=["mesh.msh is not a folder"])
     monkeypatch.setattr(os, "access", lambda _, mode: not mode & os.W_OK)  # a superuser may write everywhere

@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app import verify_certificate
-from bsm_mesh.app.verify_certificate import strength_of
+from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.certificate.verify_certificate import strength_of
 from bsm_mesh.model.joint_laws import memory_of
 from bsm_mesh.model.strength import reduced_law, with_strength
 from bsm_mesh.results.evidence import law_table

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.beside import with_sources
-from bsm_mesh.app.beside_marks import Looks
-from bsm_mesh.app.beside_tables import beside_rows, table_of
 from bsm_mesh.converters.beside_files import read_beside
+from bsm_mesh.pictures.beside import with_sources
+from bsm_mesh.pictures.beside_marks import Looks
 from bsm_mesh.results import Results
 from bsm_mesh.results.beside import line_movement
+from bsm_mesh.text.beside_tables import beside_rows, table_of
 from tests.scenes.models import model_of
 from tests.scenes.shapes import grid
 from tests.scenes.small_case import MODEL, Case

@@ -10,8 +10,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.bolt_pictures import draw_bolt_forces
 from bsm_mesh.model.bolt_patterns import radial_bolts
+from bsm_mesh.pictures.bolt_pictures import draw_bolt_forces
 from bsm_mesh.results import BoltForces, BoltStatus
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import MODEL, Case

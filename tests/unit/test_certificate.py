@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import verify_certificate
+from bsm_mesh.certificate import verify_certificate
 from bsm_mesh.converters.vtk_files import read_vtu
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.converters.vtk_files import read_pvd
+from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.results import Results
 from tests.scenes.small_case import MODEL, Case, command, environment, run_process, tree
 
@@ -202,7 +202,7 @@ def test_not_converged_is_exit_code_3(case: Case) -> None:
 def test_schema_describes_the_models(case: Case) -> None:
     schema = json.loads(case.run("schema").out)
     jsonschema = pytest.importorskip("jsonschema")
-    starter = Path(bsm.__file__).parent / "app/starters/tunnel/model.toml"
+    starter = Path(bsm.__file__).parent / "commands/starters/tunnel/model.toml"
     for text in (MODEL, MODEL + SUPPORTED, starter.read_text()):
         jsonschema.validate(tomllib.loads(text), schema)
     with pytest.raises(jsonschema.ValidationError):
@@ -301,7 +301,7 @@ def test_ctrl_c(case: Case, where: str) -> None:
 SLOW_SOLUTION = """\
 import pathlib, sys, time
 import bsm_mesh.__main__
-from bsm_mesh.app import run_file
+from bsm_mesh.folder import run_file
 def wait(*_):
     pathlib.Path("started").touch()
     time.sleep(60)

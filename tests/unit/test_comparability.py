@@ -9,10 +9,10 @@ import shapely
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import compare, solve_continuum
 from bsm_mesh.converters.continuum import Comparability, compare_stages
 from bsm_mesh.converters.continuum.comparison import percent
+from bsm_mesh.modelfile.build import load_model_file
 from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle

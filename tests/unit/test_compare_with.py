@@ -9,8 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.build import load_model_file
-from bsm_mesh.app.comparing_with import field_names
+from bsm_mesh.commands.comparing_with import field_names
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.converters.continuum.foreign_fields import FieldNames, length_factor, plane_fields
@@ -19,6 +18,7 @@ from bsm_mesh.converters.continuum.sampled import block_averages_of, grid_of
 from bsm_mesh.converters.meshes.foreign_files import read_foreign
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu, sample, write_pvd
 from bsm_mesh.errors import ModelError
+from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.named_units import LENGTHS, STRESSES, factor_of, unit_in
 from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.models import LINEAR

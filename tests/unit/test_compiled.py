@@ -13,13 +13,13 @@ from numba import types
 from numba.core.dispatcher import Dispatcher
 
 from bsm_mesh import kernel_files
-from bsm_mesh.app.precompile import kernel_of, listed
-from bsm_mesh.app.progress import Progress
+from bsm_mesh.commands.precompile import kernel_of, listed
 from bsm_mesh.compiled import compiled_into
 from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.solve.bolts.chain import solve_chain
 from bsm_mesh.solve.bolts.kernels import add_bolt_forces
 from bsm_mesh.solve.motion.kernels import advance
+from bsm_mesh.text.progress import Progress
 from docs.code_blocks import python_blocks
 from tests.scenes.small_case import ROOT, environment
 
@@ -253,7 +253,7 @@ RUNS = """
 from bsm_mesh.solve.algebra import pardiso
 pardiso.is_available = lambda: False
 import bsm_mesh.kernel_files as files
-from bsm_mesh.app.cli import main
+from bsm_mesh.commands.cli import main
 for words in (["new", "slope", "s"], ["run", "s/model.toml", "-q"]):
     try:
         main(words)
@@ -267,7 +267,7 @@ print(files._compiled)
 def test_first_runs_after_set_up_compile_nothing(tmp_path: Path) -> None:
     """The starter and the README's model; `python -m tools.kernels` writes the list anew."""
     told = {**environment(), "NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
-    fill = [sys.executable, "-m", "bsm_mesh.app.precompile"]
+    fill = [sys.executable, "-m", "bsm_mesh.commands.precompile"]
     done = subprocess.run(fill, env=told, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "compiling kernels" in done.stderr
     (tmp_path / "readme.py").write_text(python_blocks()[0], encoding="utf-8")

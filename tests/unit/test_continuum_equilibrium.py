@@ -9,12 +9,12 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import solve_continuum_stages
 from bsm_mesh.converters.continuum.equilibrium import BALANCED, find_equilibrium
 from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
+from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.results.records import ContactStatus
 from tests.scenes.continuum import HEAVY
 from tests.scenes.models import framed, model_of

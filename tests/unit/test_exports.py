@@ -16,7 +16,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.exporting import ENDINGS
+from bsm_mesh.commands.exporting import ENDINGS
 from bsm_mesh.converters import read_mesh
 from bsm_mesh.converters.exports import PROGRAMS, export
 from bsm_mesh.errors import ModelError

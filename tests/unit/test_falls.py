@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import main
-from bsm_mesh.app.tables import fall_rows
-from bsm_mesh.app.verify import verify
+from bsm_mesh.commands.cli import main
+from bsm_mesh.folder.verify import verify
 from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.text.tables import fall_rows
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.model_text import files_of_model
 from bsm_mesh.model.flow_faults import flow_in_stage
 from bsm_mesh.model.notes import notes_of
+from bsm_mesh.modelfile.model_text import files_of_model
 from tests.scenes.flow_models import bricks
 
 HEADS = {"left": 2.5, "right": 1.0}

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.check import check_model
-from bsm_mesh.app.flow_text import flow_rows, how_solved
-from bsm_mesh.app.model_text import files_of_model
-from bsm_mesh.app.pictures import figure_of
-from bsm_mesh.app.report import write_report
+from bsm_mesh.commands.check import check_model
+from bsm_mesh.modelfile.model_text import files_of_model
+from bsm_mesh.pages.report import write_report
+from bsm_mesh.pictures.pictures import figure_of
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.text.flow_text import flow_rows, how_solved
 from tests.campaigns.scenes import content
 from tests.scenes.flow_models import bricks, on_two_joints
 from tests.scenes.interrupted import interrupted

@@ -149,7 +149,7 @@ def falls(a: dict[str, Any], stage: dict[str, Any]) -> None:
 
 @cache
 def arrays_of(results: bsm.Results) -> dict[str, Any]:
-    from bsm_mesh.app.certificate import certificate_arrays
+    from bsm_mesh.certificate.certificate import certificate_arrays
 
     return certificate_arrays(results, results.stages[0])
 
@@ -274,7 +274,7 @@ def other_table(a: dict[str, Any], stage: dict[str, Any]) -> None:
 
 def invented_bolt(a: dict[str, Any], stage: dict[str, Any]) -> None:
     """Hold a block by a bolt, and give the difference to its weight."""
-    from bsm_mesh.app.verify_certificate.geometry import moments
+    from bsm_mesh.certificate.verify_certificate.geometry import moments
 
     force, centroid = np.array([[1e3, 2e3]]), moments(a["vertices"], a["offsets"])["centroid"]
     a["bolt_block"], a["bolt_point"], a["bolt_force"] = np.array([1]), centroid[1:2], force
@@ -331,8 +331,8 @@ def without_tension(a: dict[str, Any], stage: dict[str, Any]) -> None:
 
 def higher_water(a: dict[str, Any], stage: dict[str, Any]) -> None:
     """Raise the table, with all the water on the blocks."""
-    from bsm_mesh.app.verify_certificate.geometry import moments
-    from bsm_mesh.app.verify_certificate.water import water_on
+    from bsm_mesh.certificate.verify_certificate.geometry import moments
+    from bsm_mesh.certificate.verify_certificate.water import water_on
 
     a["water_pieces"][:, 0] += 1e-3
     a["water"], _ = water_on(a | moments(a["vertices"], a["offsets"]), a["position"])

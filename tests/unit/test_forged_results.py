@@ -19,17 +19,17 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import verify_certificate
-from bsm_mesh.app.checkpoint_file import read_checkpoint
-from bsm_mesh.app.paraview import write_paraview
-from bsm_mesh.app.pictures import PictureChoice, draw_pictures
-from bsm_mesh.app.report import write_report
-from bsm_mesh.app.summary import _checksum
-from bsm_mesh.app.verify import grounds_in
-from bsm_mesh.app.verify_certificate import arrays_file, read_arrays
-from bsm_mesh.app.view import write_view
+from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.certificate.verify_certificate import arrays_file, read_arrays
 from bsm_mesh.converters import grid_reader
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.checkpoint_file import read_checkpoint
+from bsm_mesh.folder.summary import _checksum
+from bsm_mesh.folder.verify import grounds_in
+from bsm_mesh.pages.paraview import write_paraview
+from bsm_mesh.pages.report import write_report
+from bsm_mesh.pages.view import write_view
+from bsm_mesh.pictures.pictures import PictureChoice, draw_pictures
 from bsm_mesh.results.results import Results
 from tests.scenes import models, shapes
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.exaggeration import exaggeration, factors_up_to
-from bsm_mesh.app.frames import frames_in
-from bsm_mesh.app.storage import SavedResults
+from bsm_mesh.folder.frames import frames_in
+from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.text.exaggeration import exaggeration, factors_up_to
 from tests.scenes.openings import OPENED, opening
 
 

@@ -155,7 +155,7 @@ def test_those_of_a_former_run_go(recorded: Results, tmp_path: Path) -> None:
 def test_a_resumed_run_records_the_same_to_the_last_digit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheme: str
 ) -> None:
-    monkeypatch.setattr("bsm_mesh.app.checkpoints.SETTINGS.interval", 0.0)
+    monkeypatch.setattr("bsm_mesh.folder.checkpoints.SETTINGS.interval", 0.0)
     copies = copies_of(monkeypatch, tmp_path / "left", before=False)
     model = put_model(tmp_path / "case", "staged", tables={"solver": {"scheme": scheme}})
     joint = next(iter(bsm.load(model).joints)).name

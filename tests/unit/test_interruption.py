@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from bsm_mesh.app.interruption import Interrupted, guarded
 from bsm_mesh.results import Results
+from bsm_mesh.text.interruption import Interrupted, guarded
 from tests.file_operations import drafts, names
 from tests.scenes.small_case import MODEL, Case, environment
 
@@ -25,7 +25,7 @@ STAGES = "".join(f'[[stage]]\nname = "{name}"\nexcavate = [{block}]\n' for name,
 COMMAND = """\
 import pathlib, sys
 from bsm_mesh.__main__ import _command
-from bsm_mesh.app.interruption import guarded
+from bsm_mesh.text.interruption import guarded
 def command():
     pathlib.Path("started").touch()
     exec(sys.argv.pop(1), globals())
@@ -33,7 +33,7 @@ def command():
 guarded(command, last=True)
 """
 WAIT_AT = """\
-from bsm_mesh.app import run_file
+from bsm_mesh.folder import run_file
 whole = run_file.solve
 def waiting(model, options, step, report, snapshot, finished, resumption):
     def look(record):

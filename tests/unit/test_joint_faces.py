@@ -11,10 +11,10 @@ import pyvista
 from vtkmodules.vtkCommonCore import vtkDataArray
 
 import bsm_mesh as bsm
-from bsm_mesh.app.own_files import own_files
 from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.result_files import BOLTS, SERIES, WATER
 from bsm_mesh.converters.vtk_files import read_vtu
+from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.results import Results
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.joint_sets import joint_sets

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.own_files import own_files
-from bsm_mesh.app.tables import joint_rows
+from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.results import Results
 from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.text.tables import joint_rows
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import JOINT, LINEAR, MODEL, Case
 from tests.unit.test_snapshots import MOVING, pushed

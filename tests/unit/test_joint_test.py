@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
+from bsm_mesh.commands.cli import cli
 from bsm_mesh.joint_test import closure_test, direct_shear_test, pull_bolt, shear_bolt
 
 LAW = bsm.MohrCoulomb(friction=35, cohesion=1e5, residual_friction=30, residual_cohesion=2e4, softening_slip=5e-3)

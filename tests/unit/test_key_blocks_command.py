@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.space_file import load_space_file
-from bsm_mesh.app.space_tables import SpaceFile
+from bsm_mesh.modelfile.space_file import load_space_file
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from tests.scenes.rock_3d import WEDGES, wedge_factor, wedge_rock
 from tests.scenes.small_case import Case
 from tests.unit.test_quantities import numbers_without_range

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.verify_certificate import strength_of
+from bsm_mesh.certificate.verify_certificate import strength_of
 from bsm_mesh.results.evidence import law_table
 from tests.unit.test_barton_bandis import slab
 

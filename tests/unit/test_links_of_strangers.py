@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.own_files import CHECKPOINT, HEADER, MARKER, place_in
-from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import append_line, remove_tree
+from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.own_files import CHECKPOINT, HEADER, MARKER, place_in
+from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.results.results import Results
 from tests.scenes.small_case import LINEAR, MODEL, Case, tree
 

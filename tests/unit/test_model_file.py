@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.build import load_model_file
-from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.errors import MeshWarning, ModelError
+from bsm_mesh.modelfile.build import load_model_file
+from bsm_mesh.modelfile.model_file import read_model_file
 from tests.scenes.small_case import MODEL, Case
 from tests.scenes.square_mesh import msh
 

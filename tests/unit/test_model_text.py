@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.model_text import content_of, files_of_model
 from bsm_mesh.model.joint_laws import JointResponse
 from bsm_mesh.model.strength import with_strength
+from bsm_mesh.modelfile.model_text import content_of, files_of_model
 from bsm_mesh.results import Results
 from tests.scenes import models, shapes
 

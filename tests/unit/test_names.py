@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.csv_tables import CsvWriter
-from bsm_mesh.app.figures import entitle, paper, save
-from bsm_mesh.app.result_tables import OutputForm
-from bsm_mesh.app.storage import save_results
 from bsm_mesh.converters.exports import PROGRAMS, export
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.result_tables import OutputForm
+from bsm_mesh.folder.storage import save_results
+from bsm_mesh.pictures.figures import entitle, paper, save
 from bsm_mesh.reading import as_given_text
+from bsm_mesh.text.csv_tables import CsvWriter
 from tests.scenes.arch import arch
 from tests.scenes.small_case import LINEAR, MODEL, Case
 from tests.scenes.square_mesh import msh

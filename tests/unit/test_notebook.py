@@ -3,7 +3,7 @@
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.tables import engineering
+from bsm_mesh.text.tables import engineering
 from tests.scenes.known_factors import incline
 from tests.scenes.openings import opening
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import storage
-from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.results_folder import ResultsFolder
-from bsm_mesh.app.run_writer import RunWriter
-from bsm_mesh.app.study_folder import StudyFolder
 from bsm_mesh.converters import result_files
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder import storage
+from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.results_folder import ResultsFolder
+from bsm_mesh.folder.run_writer import RunWriter
+from bsm_mesh.folder.study_folder import StudyFolder
 from tests.scenes.models import model_of
 from tests.scenes.shapes import grid
 from tests.scenes.small_case import LINEAR, MODEL, Case, tree
@@ -40,7 +40,7 @@ def test_a_folder_that_is_no_text_is_refused_before_anything_is_solved(
     case: Case, odd: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     solved: list[object] = []
-    monkeypatch.setattr("bsm_mesh.app.run_file.solve", lambda *given: solved.append(given))
+    monkeypatch.setattr("bsm_mesh.folder.run_file.solve", lambda *given: solved.append(given))
     (odd / "model.toml").write_text(MODEL + LINEAR)
     (odd / "mesh.msh").write_bytes(content if isinstance(content := msh(), bytes) else content.encode())
     says = ["is no text in UTF-8 (Latin-1, perhaps?); rename that folder, or choose another one"]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import older_results
-from bsm_mesh.app.summary import SCHEMA_VERSION
+from bsm_mesh.folder import older_results
+from bsm_mesh.folder.summary import SCHEMA_VERSION
 from bsm_mesh.results.records import Status
 from tests.scenes.small_case import Case
 

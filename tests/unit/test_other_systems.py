@@ -16,7 +16,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh import files, heap, locks
-from bsm_mesh.app import study
+from bsm_mesh.commands import study
 from bsm_mesh.converters.meshes import apart
 from tests.scenes.small_case import Case
 

@@ -12,8 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
-from bsm_mesh.app.own_files import own_files
+from bsm_mesh.commands.cli import cli
+from bsm_mesh.folder.own_files import own_files
 from tests.scenes.known_factors import incline
 from tests.scenes.openings import opening
 

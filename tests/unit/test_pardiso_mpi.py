@@ -86,7 +86,7 @@ def test_without_help_every_rank_says_what_to_do():
 def test_command_line(tmp_path):
     model = (ROOT / "examples" / "tilted_wall" / "model.toml").read_text(encoding="utf-8")
     (tmp_path / "model.toml").write_text(model.replace("[solver]", '[solver]\nlinear_solver = "cluster"'))
-    out = on_ranks(2, "-m", "bsm_mesh.app.mpi", "run", str(tmp_path / "model.toml"), "-o", str(tmp_path / "out"))
+    out = on_ranks(2, "-m", "bsm_mesh.commands.mpi", "run", str(tmp_path / "model.toml"), "-o", str(tmp_path / "out"))
     assert out.count("verdict") == 1  # one rank speaks
     told = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert told["linear_solver"] == "cluster"

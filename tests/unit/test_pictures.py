@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.canvas import DPI, FALLS, NARROWEST, WATER, WIDTH, new_sheet
-from bsm_mesh.app.figures import entitle, paper
-from bsm_mesh.app.headings import heading
-from bsm_mesh.app.marks import NAME_PLACES, add_name
-from bsm_mesh.app.pictures import PICTURES, figure_of
-from bsm_mesh.app.plot import draw_in_subprocess
-from bsm_mesh.app.scene import Scene
-from bsm_mesh.app.tables import engineering, percent
 from bsm_mesh.errors import ModelError
+from bsm_mesh.pictures.canvas import DPI, FALLS, NARROWEST, WATER, WIDTH, new_sheet
+from bsm_mesh.pictures.figures import entitle, paper
+from bsm_mesh.pictures.marks import NAME_PLACES, add_name
+from bsm_mesh.pictures.pictures import PICTURES, figure_of
+from bsm_mesh.pictures.plot import draw_in_subprocess
+from bsm_mesh.pictures.scene import Scene
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.results.stress import extreme_stresses, principal_stresses
+from bsm_mesh.text.headings import heading
+from bsm_mesh.text.tables import engineering, percent
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
@@ -330,12 +330,12 @@ def fake(code: int, error: str = "") -> object:
 
 @pytest.mark.parametrize("code", [-11, -6, 3221225477])  # the last: Windows's access violation
 def test_a_drawing_that_dies(results: Case, monkeypatch: pytest.MonkeyPatch, code: int) -> None:
-    monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(code))
+    monkeypatch.setattr("bsm_mesh.pictures.plot.subprocess.run", fake(code))
     results.refuses("plot", "out/model", says=["out/model: drawing died of signal", "without pictures"])
 
 
 def test_a_drawing_that_fails(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(1, "Traceback ...\nImportError: libfreetype.so"))
+    monkeypatch.setattr("bsm_mesh.pictures.plot.subprocess.run", fake(1, "Traceback ...\nImportError: libfreetype.so"))
     with pytest.raises(ModelError, match=r"could not be drawn: ImportError: libfreetype\.so"):
         draw_in_subprocess(Path("out/model"))
 

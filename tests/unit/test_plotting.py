@@ -5,9 +5,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import bsm_mesh as bsm
-from bsm_mesh.app.pictures import NAMES
-from bsm_mesh.app.plotting import as_given
 from bsm_mesh.errors import ModelError
+from bsm_mesh.pictures.pictures import NAMES
+from bsm_mesh.pictures.plotting import as_given
 from tests.scenes.openings import OPENED, opening
 
 

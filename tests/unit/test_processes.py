@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.errors import ModelError
+from bsm_mesh.pictures.plot import draw_in_subprocess
 from bsm_mesh.processes import python_command
 from tests.scenes.small_case import LINEAR, MODEL, ROOT, run_process
 from tests.scenes.square_mesh import msh

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.quality import Thresholds, quality_rows, quality_summary
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.solve.linear.system import LinearSystem
+from bsm_mesh.text.quality import Thresholds, quality_rows, quality_summary
 from tests.scenes import shapes
 
 POOR = [

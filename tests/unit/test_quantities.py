@@ -13,12 +13,12 @@ import pytest
 from pydantic import BaseModel
 
 import bsm_mesh as bsm
-from bsm_mesh.app import model_tables as tables
-from bsm_mesh.app.bolt_tables import BoltTable
-from bsm_mesh.app.material_tables import FillingTable, JointTable, RockTable
-from bsm_mesh.app.units import In
 from bsm_mesh.model import quantities
 from bsm_mesh.model.quantities import Quantity, quantities_of
+from bsm_mesh.modelfile import model_tables as tables
+from bsm_mesh.modelfile.bolt_tables import BoltTable
+from bsm_mesh.modelfile.material_tables import FillingTable, JointTable, RockTable
+from bsm_mesh.modelfile.units import In
 from tests.scenes.small_case import MODEL, Case
 
 SAME = {  # table of the file: class of the model

@@ -89,7 +89,7 @@ def test_built_in_geometries_are_ours(inside: Case) -> None:
 
 
 def test_abaqus_files_that_name_no_others_are_read(inside: Case) -> None:
-    from bsm_mesh.app.reach import Reach
+    from bsm_mesh.modelfile.reach import Reach
 
     inside.write("model/mesh.inp", "*NODE\n1, 0, 0\n")
     inside.write("model/mesh22.msh", msh22())

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.quality import Thresholds, poor_blocks
 from bsm_mesh.converters import read_mesh
 from bsm_mesh.converters.meshes.block_files import write_polygons
 from bsm_mesh.converters.meshes.conform import conforming
 from bsm_mesh.converters.meshes.repair import repair_blocks, snap_corners
 from bsm_mesh.geometries import cut_blocks, write_blocks
+from bsm_mesh.text.quality import Thresholds, poor_blocks
 from tests.scenes import shapes
 from tests.scenes.networks import rock
 from tests.scenes.small_case import Case

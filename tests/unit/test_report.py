@@ -11,13 +11,13 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
-from bsm_mesh.app.own_files import own_files
-from bsm_mesh.app.pictures import NAMES
-from bsm_mesh.app.progress import Progress
-from bsm_mesh.app.report_results import PNG, _shown
-from bsm_mesh.app.safety import ask_safety
+from bsm_mesh.commands.cli import cli
+from bsm_mesh.commands.safety import ask_safety
+from bsm_mesh.folder.own_files import own_files
+from bsm_mesh.pages.report_results import PNG, _shown
+from bsm_mesh.pictures.pictures import NAMES
 from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.text.progress import Progress
 from tests.scenes.known_factors import incline, tutorial_slope
 from tests.scenes.small_case import LOAD, MODEL
 from tests.scenes.square_mesh import msh

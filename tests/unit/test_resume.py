@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import checkpoints, snapshots
-from bsm_mesh.app.checkpoint_file import write_checkpoint
-from bsm_mesh.app.model_text import files_of_model
-from bsm_mesh.app.own_files import CHECKPOINT
 from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.folder import checkpoints, snapshots
+from bsm_mesh.folder.checkpoint_file import write_checkpoint
+from bsm_mesh.folder.own_files import CHECKPOINT
+from bsm_mesh.modelfile.model_text import files_of_model
 from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.pardiso import Pardiso, is_available
 from bsm_mesh.solve.step.factorization import Factors

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.own_files import CHECKPOINT
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.own_files import CHECKPOINT
 from tests.campaigns.scenes import put_model
 from tests.scenes.small_case import Case, environment, tree
 
@@ -158,7 +158,7 @@ def test_the_command(case: Case) -> None:
 
 WAIT = """
 import os, signal
-from bsm_mesh.app.progress import Progress
+from bsm_mesh.text.progress import Progress
 step = Progress.step
 def strike(self, record):
     if record.stage:

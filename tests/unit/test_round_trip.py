@@ -16,13 +16,13 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import bsm_mesh as bsm
-from bsm_mesh.app.result_tables import FLOW, ON_REQUEST
 from bsm_mesh.converters.continuum.compared_stages import compare_stages
 from bsm_mesh.converters.continuum.files import write_comparison
 from bsm_mesh.converters.meshes.block_files import write_polygons
 from bsm_mesh.converters.result_files import BOLTS, SERIES, WATER, write_mechanism
 from bsm_mesh.converters.vtk_files import Grid, write_vtu
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.result_tables import FLOW, ON_REQUEST
 from bsm_mesh.results import Results
 from bsm_mesh.results.tables import TABLES, result_table
 from tests.unit.test_run_writer import staged

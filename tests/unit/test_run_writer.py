@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.own_files import MARKER
-from bsm_mesh.app.run_writer import RunWriter
-from bsm_mesh.app.storage import save_results
 from bsm_mesh.arrays import content_hash
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
+from bsm_mesh.folder.own_files import MARKER
+from bsm_mesh.folder.run_writer import RunWriter
+from bsm_mesh.folder.storage import save_results
 from bsm_mesh.results import Results
 from tests.file_operations import count_operations, drafts, full_disk, killed_at, names, watched
 from tests.scenes import models, shapes
@@ -126,7 +126,7 @@ def operations_of(out: Path, results: Results, swap: str, every: int) -> list[in
 def swap(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """Both ways to let a folder take the place of another."""
     if request.param == "renamed":
-        monkeypatch.setattr("bsm_mesh.app.results_folder.exchange", lambda one, other: False)
+        monkeypatch.setattr("bsm_mesh.folder.results_folder.exchange", lambda one, other: False)
     elif sys.platform != "linux":
         pytest.skip("names cannot be exchanged")
     return request.param
@@ -276,7 +276,7 @@ def test_a_second_run_into_a_folder_is_refused(tmp_path: Path, old: Results) -> 
 def test_another_process_is_refused_and_takes_over_from_a_dead_one(tmp_path: Path, old: Results) -> None:
     code = f"""
 import os, pathlib, sys
-from bsm_mesh.app.run_writer import RunWriter
+from bsm_mesh.folder.run_writer import RunWriter
 with RunWriter(pathlib.Path({str(tmp_path / "out")!r})):
     print("held", flush=True)
     sys.stdin.read()

@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
-from bsm_mesh.app.safety_text import answer_rows
+from bsm_mesh.commands.cli import cli
+from bsm_mesh.text.safety_text import answer_rows
 from tests.scenes.known_factors import incline, tan
 
 EXACT = tan(40.0) / tan(30.0)
@@ -109,7 +109,7 @@ def test_a_bracket_with_undecided_trials_ends_with_3(given, tmp_path, monkeypatc
     def undecided(*arguments, **asked):
         return replace(bsm.factor_of_safety(*arguments, **asked), undecided=(1.45,), is_closed=False)
 
-    monkeypatch.setattr("bsm_mesh.app.safety.factor_of_safety", undecided)
+    monkeypatch.setattr("bsm_mesh.commands.safety.factor_of_safety", undecided)
     code, shown, _, _ = asked("safety", given, "-o", tmp_path / "out", "-q")
     assert code == 3
     assert "undecided at 1.45" in shown

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.run_writer import RunWriter
 from bsm_mesh.converters.result_files import SERIES, corner_displacement
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
+from bsm_mesh.folder.run_writer import RunWriter
 from bsm_mesh.results import Results
 from bsm_mesh.results.check import block_residuals
 from bsm_mesh.results.records import StepRecord
@@ -93,7 +93,7 @@ def test_looking_changes_nothing() -> None:
 def test_their_number_is_bounded_and_they_stay_evenly_spread(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: int
 ) -> None:
-    monkeypatch.setattr("bsm_mesh.app.snapshots.MOST_SNAPSHOTS", most)
+    monkeypatch.setattr("bsm_mesh.folder.snapshots.MOST_SNAPSHOTS", most)
     results = run_with_snapshots(tmp_path)
     count = len(results.stages[0].steps)
     assert count > most
@@ -151,7 +151,7 @@ def test_a_run_can_be_followed_beside_its_folder(tmp_path: Path) -> None:
 
 def test_finished_stages_can_be_read_at_every_operation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also while snapshots go that the summary on disk still lists: to bound their number, and at the end."""
-    monkeypatch.setattr("bsm_mesh.app.snapshots.MOST_SNAPSHOTS", 4)
+    monkeypatch.setattr("bsm_mesh.folder.snapshots.MOST_SNAPSHOTS", 4)
     wall = replace(pushed().blocks, excavations={"wall": np.array([2], np.int32)})
     model = pushed().replace(blocks=wall, stages=(bsm.Stage(name="taken away", excavate=("wall",)),))
     place, finished, gone = tmp_path / "out.running", 0, 0

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.app.verify_certificate import strength_of
+from bsm_mesh.certificate.verify_certificate import strength_of
 from bsm_mesh.model.joint_laws import MohrCoulomb, Weaker, memory_of
 from bsm_mesh.results.evidence import law_table
 from tests.scenes.shapes import rectangle, turned

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
+from bsm_mesh.commands.cli import cli
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.spread import RouteEnd, spread_text
 from tests.scenes.models import model_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.starters import starter_names
+from bsm_mesh.commands.starters import starter_names
 from tests.scenes.small_case import Case
 
 

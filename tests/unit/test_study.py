@@ -21,13 +21,13 @@ import psutil
 import pytest
 
 import bsm_mesh as bsm
-import bsm_mesh.app.study as app_study
-from bsm_mesh.app import study as module
-from bsm_mesh.app.study import run_study
-from bsm_mesh.app.study_file import load_study
-from bsm_mesh.app.study_folder import RUNS
-from bsm_mesh.app.study_work import work_of
+import bsm_mesh.commands.study as app_study
+from bsm_mesh.commands import study as module
+from bsm_mesh.commands.study import run_study
+from bsm_mesh.commands.study_file import load_study
+from bsm_mesh.commands.study_work import work_of
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.study_folder import RUNS
 from bsm_mesh.studies.statistics import main_answer
 from bsm_mesh.studies.table import StudyTable, make_table
 from tests.scenes.small_case import LOAD, MODEL, Case, command, environment, run_process
@@ -169,7 +169,7 @@ def test_a_worker_that_is_killed(study: Case, whole: dict[str, list[Any]]) -> No
 DYING = """
 import os, sys
 from bsm_mesh import files
-from bsm_mesh.app.cli import main
+from bsm_mesh.commands.cli import main
 
 appended = 0
 

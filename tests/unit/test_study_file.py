@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bsm_mesh.app.study_file import load_study
+from bsm_mesh.commands.study_file import load_study
 from bsm_mesh.errors import ModelError
 from bsm_mesh.studies.scatter import Scatter
 from tests.scenes.small_case import MODEL, Case

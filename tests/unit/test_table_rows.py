@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bsm_mesh.app.build_bolts import _read_cell
-from bsm_mesh.app.joint_test import read_laboratory
+from bsm_mesh.commands.joint_test import read_laboratory
 from bsm_mesh.converters.beside_files import read_beside
 from bsm_mesh.converters.meshes.foreign_files import read_foreign
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries import GeometryError, read_scan_line, read_traces
 from bsm_mesh.model.bolt_patterns import bolts_from_table
+from bsm_mesh.modelfile.build_bolts import _read_cell
 from bsm_mesh.table_rows import read_rows
 
 Table = list[list[str]]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.demo import without_bolts
-from bsm_mesh.app.tables import bolt_rows, down_rows, falling, print_table, result_rows
+from bsm_mesh.commands.demo import without_bolts
 from bsm_mesh.results.movement import part_of_size
+from bsm_mesh.text.tables import bolt_rows, down_rows, falling, print_table, result_rows
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case

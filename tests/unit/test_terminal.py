@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import UNPRINTABLE, MeshWarning, ModelError
 from bsm_mesh.geometries import GeometryError
+from bsm_mesh.text.terminal import say, say_json
 from tests.scenes.small_case import FILE, JOINT, LINEAR, LOAD, MODEL, ROCK, Case, command, environment
 from tests.scenes.square_mesh import CURVES, msh
 
@@ -142,7 +142,7 @@ def test_streams_that_are_not_utf8(case: Case, encoding: str) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="POSIX's way to close them")
 def test_streams_that_are_closed(case: Case) -> None:
     case.write("model.toml", MODEL + LINEAR)
-    line = f'"{sys.executable}" -m bsm_mesh.app.cli run model.toml -o out <&- >&- 2>&-'
+    line = f'"{sys.executable}" -m bsm_mesh.commands.cli run model.toml -o out <&- >&- 2>&-'
     done = subprocess.run(["sh", "-c", line], cwd=case.folder, env=environment(), check=False)
     assert done.returncode == 0
     assert (case.folder / "out" / "summary.json").exists()

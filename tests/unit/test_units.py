@@ -6,9 +6,9 @@ import random
 
 import pytest
 
-from bsm_mesh.app.units import PREFIXES, _by_pint, _prefixed, convert
 from bsm_mesh.model import quantities
 from bsm_mesh.model.quantities import BOLT_COUNT, FRICTION, POISSON, UNIT_WEIGHT, Quantity
+from bsm_mesh.modelfile.units import PREFIXES, _by_pint, _prefixed, convert
 
 
 def wide(unit: str) -> Quantity:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import variation as module
-from bsm_mesh.app.variation import Variation
 from bsm_mesh.errors import ModelError
+from bsm_mesh.modelfile import variation as module
+from bsm_mesh.modelfile.variation import Variation
 from tests.scenes.small_case import MODEL, Case
 
 STAGES = """

@@ -7,10 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
-from bsm_mesh.app.own_files import SUMMARY
-from bsm_mesh.app.summary import _checksum, fingerprint
-from bsm_mesh.app.verify_certificate import check_stage
+from bsm_mesh.certificate.verify_certificate import check_stage
+from bsm_mesh.commands.cli import cli
+from bsm_mesh.folder.own_files import SUMMARY
+from bsm_mesh.folder.summary import _checksum, fingerprint
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 

@@ -12,15 +12,15 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
-from bsm_mesh.app import view_data
-from bsm_mesh.app.cli import cli
-from bsm_mesh.app.own_files import own_files
-from bsm_mesh.app.run_writer import RunWriter
-from bsm_mesh.app.storage import SavedResults
-from bsm_mesh.app.view_data import ViewData, read_view
-from bsm_mesh.app.view_page import _list_of_falls
+from bsm_mesh.commands.cli import cli
 from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.own_files import own_files
+from bsm_mesh.folder.run_writer import RunWriter
+from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.pages import view_data
+from bsm_mesh.pages.view_data import ViewData, read_view
+from bsm_mesh.pages.view_page import _list_of_falls
 from bsm_mesh.results import Results
 from tests.scenes.openings import OPENED, ROOF, opening
 from tests.unit.test_snapshots import run_with_snapshots

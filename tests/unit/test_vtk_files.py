@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-from bsm_mesh.app.verify_certificate.model_file import mesh_arrays
+from bsm_mesh.certificate.verify_certificate.model_file import mesh_arrays
 from bsm_mesh.converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, vtk_of_grid, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 

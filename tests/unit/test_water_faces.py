@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.pictures import figure_of
 from bsm_mesh.converters.result_files import grid_of_stage
+from bsm_mesh.pictures.pictures import figure_of
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.water_faces import wet_parts
 from tests.scenes.models import LINEAR, model_of

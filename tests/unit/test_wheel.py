@@ -20,7 +20,7 @@ pytestmark = pytest.mark.robust
 
 SOURCES = ("bsm_mesh", "geometries", "converters", "pyproject.toml", "README.md", "LICENSE")
 NOT_COPIED = ("__pycache__", "_kernels")
-KERNEL = "_kernels/some_python-some_numba/some.kernel.nbc"  # as `bsm_mesh.app.precompile` leaves them
+KERNEL = "_kernels/some_python-some_numba/some.kernel.nbc"  # as `bsm_mesh.commands.precompile` leaves them
 NEIGHBOURS = ("geometries", "converters", "bsm")
 SCRIPT = """
 import bsm, converters, geometries

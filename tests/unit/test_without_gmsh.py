@@ -29,7 +29,7 @@ def without_gmsh(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 SEVERAL = """
 import sys
-from bsm_mesh.app.cli import main
+from bsm_mesh.commands.cli import main
 for name, model in zip(sys.argv[1::2], sys.argv[2::2]):
     try:
         main([name, model])

@@ -7,13 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.converters.continuum.files import write_bolts
 from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from bsm_mesh.converters.vtk_files import read_vtu
+from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.results import BoltStatus
 from tests.scenes.continuum import bolted
 from tests.scenes.models import framed

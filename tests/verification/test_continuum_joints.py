@@ -11,13 +11,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.converters.continuum.files import write_joints
 from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum
 from bsm_mesh.converters.vtk_files import read_vtu
+from bsm_mesh.modelfile.build import load_model_file
 from tests.scenes.continuum import on_a_slope
 from tests.scenes.kirsch import P, Q, cut_by_stages
 from tests.scenes.models import LINEAR, model_of

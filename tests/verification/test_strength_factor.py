@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import bsm_mesh as bsm
-from bsm_mesh.app.verify_certificate import proved
-from bsm_mesh.app.verify_certificate.geometry import moments
+from bsm_mesh.certificate.verify_certificate import proved
+from bsm_mesh.certificate.verify_certificate.geometry import moments
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.strength import with_strength
 from bsm_mesh.model.supports import bars_of

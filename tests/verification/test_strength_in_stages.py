@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
+from bsm_mesh.commands.cli import cli
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.results.check import block_residuals
 from tests.scenes.models import GAMMA, LINEAR, model_of

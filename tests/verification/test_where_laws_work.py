@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.verify import grounds_in
 from bsm_mesh.converters.continuum import solve_continuum_stages
 from bsm_mesh.converters.exports.parts import left_out
+from bsm_mesh.folder.verify import grounds_in
 from bsm_mesh.model.strength import with_strength
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.view import write_view
+from bsm_mesh.pages.view import write_view
 from tests.scenes.large import jointed_slope, tilted_wall
 from tests.scenes.models import LINEAR
 from tests.scenes.openings import opening

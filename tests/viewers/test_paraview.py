@@ -13,8 +13,8 @@ import pytest
 from PIL import Image
 
 import bsm_mesh as bsm
-from bsm_mesh.app.paraview import write_paraview
 from bsm_mesh.converters.result_files import corner_displacement
+from bsm_mesh.pages.paraview import write_paraview
 from bsm_mesh.results import Results
 from tests.scenes.openings import opening
 

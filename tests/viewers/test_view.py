@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.tables import engineering
-from bsm_mesh.app.view import write_view
 from bsm_mesh.converters.result_files import corner_displacement
+from bsm_mesh.pages.view import write_view
 from bsm_mesh.results import Results
 from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.text.tables import engineering
 from tests.scenes.large import tilted_wall
 from tests.scenes.models import LINEAR
 from tests.scenes.openings import OPENED, ROOF, opening

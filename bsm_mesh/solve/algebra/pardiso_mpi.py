@@ -1,7 +1,7 @@
 """MKL's Pardiso for clusters: the factors lie spread over MPI ranks, on one machine or many.
 
 The first rank does everything else; the others wait in `ranks` and take part in every factorization and solution. Start
-with ``mpiexec -n 4 python -m bsm_mesh.app.mpi run model.toml``, or in a script of your own::
+with ``mpiexec -n 4 python -m bsm_mesh.commands.mpi run model.toml``, or in a script of your own::
 
     with ranks() as first:
         if first:
@@ -110,7 +110,8 @@ class ClusterPardiso(Pardiso):
         if _communicator().size > 1 and not _helped:
             raise ModelError(
                 "linear_solver = 'cluster' needs the help of all MPI ranks; start with "
-                "'mpiexec -n N python -m bsm_mesh.app.mpi run MODEL', or see bsm_mesh.solve.algebra.pardiso_mpi.ranks"
+                "'mpiexec -n N python -m bsm_mesh.commands.mpi run MODEL', "
+                "or see bsm_mesh.solve.algebra.pardiso_mpi.ranks"
             )
         return _library()
 

@@ -130,7 +130,7 @@ class KeyBlocks:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the table as CSV, or as Parquet where the name ends in .parquet; return the path."""
-        from bsm_mesh.app.result_tables import write_table
+        from bsm_mesh.folder.result_tables import write_table
 
         return write_table(self.table(), as_path("key blocks: path", path))
 

@@ -125,7 +125,7 @@ def _linked(link: str, words: list[str]) -> str:
 
 
 def _command(words: list[str], as_json: bool) -> str:
-    from bsm_mesh.app.cli import main
+    from bsm_mesh.commands.cli import main
 
     out, err = io.TextIOWrapper(io.BytesIO(), encoding="utf-8"), io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
     code: object = 0

@@ -20,7 +20,7 @@ RUNS = (0, 2, 3)  # of small.MODELS: plain, staged with water, bolted
 
 def prepare(folder: Path) -> None:
     """Run small models by the command, a folder of results each."""
-    from bsm_mesh.app.cli import main
+    from bsm_mesh.commands.cli import main
 
     for number in RUNS:
         there = folder / f"run{number}"
@@ -34,7 +34,9 @@ def prepare(folder: Path) -> None:
             main(["run", str(there / "model.toml"), "-o", str(there / "out"), "--json"])
         except SystemExit as leaving:
             if leaving.code:
-                raise RuntimeError(f"good model {number} is refused: python -m bsm_mesh.app.cli run {there}") from None
+                raise RuntimeError(
+                    f"good model {number} is refused: python -m bsm_mesh.commands.cli run {there}"
+                ) from None
 
 
 _KNOWN: dict[Path, list[tuple[dict[str, bytes], str]]] = {}
@@ -110,7 +112,7 @@ def _placed(files: dict[str, bytes]) -> dict[str, bytes]:
 
 def forged(files: dict[str, bytes], name: str) -> dict[str, bytes]:
     """Return results with right checksums of a changed file and of the summary, as somebody would make them."""
-    from bsm_mesh.app.summary import _checksum
+    from bsm_mesh.folder.summary import _checksum
 
     told = json.loads(files["summary.json"])
     told.pop("checksum", None)

@@ -1,1 +1,0 @@
-"""The application: model file, command line, progress, pictures, load and save."""

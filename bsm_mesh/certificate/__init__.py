@@ -1,0 +1,1 @@
+"""Certificates of verdicts: written and read; `verify_certificate` checks them apart."""

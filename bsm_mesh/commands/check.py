@@ -1,0 +1,163 @@
+"""``bsm-mesh check``: the quality of the blocks as a table, as a picture, and mended on request."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import IntArray
+from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.folder.results_folder import ResultsFolder
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.modelfile.build import LoadedModel, inputs_of, load_model_file
+from bsm_mesh.pictures.figures import paper, save
+from bsm_mesh.solve.linear.readiness import make_ready
+from bsm_mesh.text.flow_given import given_flow, given_rows
+from bsm_mesh.text.progress import Progress
+from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality_summary
+from bsm_mesh.text.tables import print_table
+from bsm_mesh.text.terminal import say, say_json
+
+SLIVERS = ("tiny", "thin")  # a large block with a short edge is none: snapping mends it
+COLOURS = {  # the last that fits a block colours it
+    "many_edged": "#c7b9e0",
+    "elongated": "#f2d16b",
+    "deeply_concave": "#8fbce6",
+    "short_edged": "#f0a35e",
+    "thin": "#e5694b",
+    "tiny": "#b3242c",
+    "without_contact": "#7a3e9d",
+    "unsupported": "#4a4a4a",
+}
+PLAIN = "#e9e5dc"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repair:
+    """What is to be mended.
+
+    Attributes
+    ----------
+    file : Path
+        VTU file for the repaired blocks.
+    snap : float [m]
+        Corners nearer than this become one.
+    across_joints : bool
+        Whether slivers with joints on all sides are merged too.
+    """
+
+    file: Path
+    snap: float = 0.0
+    across_joints: bool = False
+
+
+def check_model(
+    path: Path,
+    *,
+    as_json: bool = False,
+    picture: Path | None = None,
+    settings: Sequence[str] = (),
+    repair: Repair | None = None,
+    scripts: bool = True,
+    quiet: bool = False,
+) -> None:
+    """Validate a model file, print the quality of its blocks, draw and mend them where asked.
+
+    Raises
+    ------
+    ModelError
+        For a model that is not valid.
+    """
+    limits = Thresholds.parse(settings)
+    if repair is not None and not 0 <= repair.snap < np.inf:
+        raise ModelError(f"--snap {repair.snap}: must be a length of 0 m or more")
+    with Progress(quiet=quiet) as progress:
+        loaded = load_model_file(path, progress.report, scripts=scripts)
+        progress.report("contacts")
+        with placed(path.name):
+            ready = make_ready(loaded.model, loaded.options)
+        notes = (*ready.notes, *_folder_notes(loaded))
+        progress.report("quality of the blocks")
+        report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
+    flow = [] if ready.flow is None else given_flow(loaded.model, ready.flow.joints)
+    if picture is not None:
+        draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
+    changes = () if repair is None else _repair(loaded, repair, limits)
+    if as_json:
+        say_json({**report, "flow": flow, "notes": [*loaded.notes, *notes], "changes": changes})
+        return
+    for line in loaded.mesh_lines:
+        say(f"mesh: {line.strip()}")
+    print_table(f"{path}: the model is valid", ("", ""), [*quality_rows(report), *given_rows(flow)], texts=2)
+    for note in notes:
+        say(f"note: {note}")
+    if picture is not None:
+        say(f"written: {picture}")
+    for change in changes:
+        say(f"repair: {change}")
+    if repair is not None:
+        say(f'written: {repair.file}; to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
+
+
+def _folder_notes(loaded: LoadedModel) -> tuple[str, ...]:
+    """Return why a run would not write into the model's own folder: no fault of the model, which can go elsewhere."""
+    try:
+        ResultsFolder(loaded.output_folder).refuse(inputs_of(loaded.file, loaded.path))
+    except ModelError as error:
+        return (f"to run it give another folder (-o): {error}",)
+    return ()
+
+
+def _repair(loaded: LoadedModel, repair: Repair, limits: Thresholds) -> tuple[str, ...]:
+    from bsm_mesh.converters.meshes.block_files import write_polygons
+    from bsm_mesh.converters.meshes.repair import repair_blocks
+
+    def slivers(blocks: Blocks) -> IntArray:
+        found = poor_blocks(blocks, limits)
+        return np.unique(np.concatenate([found[key] for key in SLIVERS]))
+
+    mended = repair_blocks(loaded.model.blocks, slivers, snap=repair.snap, across_joints=repair.across_joints)
+    write_polygons(mended.blocks, repair.file)
+    return mended.changes or ("nothing to mend",)
+
+
+def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str) -> None:
+    """Draw the blocks, the poor ones in the colour of what is poor about them, as PNG.
+
+    Raises
+    ------
+    ModelError
+        If the name does not end in ``.png``.
+    """
+    if path.suffix.lower() != ".png":
+        raise ModelError(f"{path}: the picture is a PNG; give a name that ends in .png")
+    colour = np.full(blocks.count, PLAIN, dtype="<U7")
+    for key, value in COLOURS.items():
+        colour[report[key]] = value
+    low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
+    aspect = float(np.clip((high - low)[1] / (high - low)[0], 0.3, 2.0))
+    figure = paper((10, 10 * aspect + 1.2))
+    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import Patch
+
+    axes = figure.add_subplot()
+    outlines = np.split(blocks.vertices, blocks.offsets[1:-1])
+    width = 0.6 if blocks.count < 5000 else 0.1
+    axes.add_collection(PolyCollection(outlines, facecolors=colour, edgecolors="#555555", linewidths=width))
+    small = np.unique(np.concatenate([report[key] for key in SLIVERS])).astype(np.int64)  # too small to be seen
+    axes.plot(*blocks.moments.centroid[small].T, "o", ms=9, mfc="none", mec=COLOURS["tiny"], mew=1.2)
+    margin = 0.02 * (high - low).max()
+    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
+    axes.set(xlabel="x [m]", ylabel="y [m]")
+    axes.set_title(f"{title or path.stem}: {blocks.count} blocks", parse_math=False)  # a $ is a $
+    shown = [
+        Patch(facecolor=value, edgecolor="#555555", label=f"{key.replace('_', ' ')}: {len(report[key])}")
+        for key, value in reversed(COLOURS.items())
+        if report[key]
+    ]
+    figure.legend(handles=shown or [Patch(facecolor=PLAIN, label="no poor block")], loc="outside lower center", ncols=4)
+    save(figure, path)

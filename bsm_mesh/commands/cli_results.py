@@ -1,0 +1,118 @@
+"""The commands on a results folder: ``plot``, ``report``, ``view``, ``paraview``, ``verify``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bsm_mesh.commands.cli_options import PATH, json_option
+from bsm_mesh.text.terminal import say
+
+
+@click.command()
+@click.argument("out", type=PATH)
+@click.option("--stage", metavar="NAME", help="Of this stage only, by name or number, -1 the last.")
+@click.option("--window", nargs=4, type=float, metavar="X0 Y0 X1 Y1", help="Of this part of the model only [m].")
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="NAME",
+    help="This picture only, or all that begin with the word: joints, bolts, ...; repeatable.",
+)
+@click.option(
+    "--with",
+    "beside",
+    multiple=True,
+    metavar="[NAME=]PATH",
+    help="Beside the histories: a table (CSV) of measured or others' values, or the folder of another run.",
+)
+@click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
+@click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
+def plot(
+    out: Path,
+    stage: str | None,
+    window: tuple[float, float, float, float] | None,
+    only: tuple[str, ...],
+    beside: tuple[str, ...],
+    animate: bool,
+    step: int | None,
+) -> None:
+    """Draw PNG pictures of the results in OUT, of every stage.
+
+    Values beside histories are points, or curves, in histories, extensometers, profiles, points and
+    displacement_arrows; those that [[history]] measured names are always there.
+
+    --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
+    """
+    from bsm_mesh.pictures.beside import named_source
+    from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
+
+    sources = ((name, str(Path(path).absolute())) for name, path in map(named_source, beside))
+    choice = PictureChoice(stage=stage, window=window, only=only, beside=tuple(sources))
+    for path in draw_in_subprocess(out, choice, animate=animate, step=step):
+        say(path)
+
+
+@click.command()
+@click.argument("out", type=PATH)
+@click.option("--no-pictures", is_flag=True, help="Draw none; existing pictures are shown.")
+@click.option("--project", default="", help="Name of the project; by default that of [report] in the model file.")
+@click.option("--author", default="", help="Author; by default that of [report] in the model file.")
+@click.option("--date", default="", help="Date; by default that of [report] in the model file.")
+@click.option("--picture", type=PATH, metavar="PNG", help="Overview on the first page; by default the model's picture.")
+@click.option(
+    "--safety", type=PATH, metavar="FOLDER", help="Factor of safety on the first page; by default OUT-safety."
+)
+def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> None:
+    """Write OUT as one page, OUT/report.html, to be filed or printed: a run, a factor of safety or a study.
+
+    The page of a run shows verdicts with their grounds, displacement and slip, pictures, input, quality of the blocks,
+    versions and checksums. Of earlier stages it shows displacement, joints and bolts. A factor of safety of the same
+    model in OUT-safety stands on the first page. The page needs no other file.
+    """
+    from bsm_mesh.pages.report import ReportFields, write_report
+
+    write_report(out, pictures=not no_pictures, fields=ReportFields(**fields), safety=safety)
+
+
+@click.command()
+@click.argument("out", type=PATH)
+def view(out: Path) -> None:
+    """Write the results in OUT as a page to explore, OUT/view.html.
+
+    Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
+    click tells numbers. The page needs no other file and no network. It takes Bokeh: pip install bokeh.
+    """
+    from bsm_mesh.pages.view import write_view
+
+    say(write_view(out))
+
+
+@click.command()
+@click.argument("out", type=PATH)
+def paraview(out: Path) -> None:
+    """Write a script that opens the results in OUT in ParaView, OUT/in_paraview.py.
+
+    Coloured, moved, with the stages named: paraview --script=OUT/in_paraview.py, or File > Load State.
+    """
+    from bsm_mesh.pages.paraview import write_paraview
+
+    say(write_paraview(out))
+
+
+@click.command()
+@click.argument("out", type=PATH)
+@json_option
+def verify(out: Path, as_json: bool) -> None:
+    """Check from the files in OUT alone on what every verdict rests.
+
+    At rest: forces that balance, within strength, without overlap, with no direction in which blocks fall. Unstable:
+    a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does
+    not hold.
+    """
+    from bsm_mesh.folder.verify import verify as verify_results
+
+    sys.exit(verify_results(out, as_json=as_json))

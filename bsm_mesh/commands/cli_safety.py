@@ -1,0 +1,151 @@
+"""The commands ``safety``, ``back-analysis`` and ``study``."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bsm_mesh.commands.cli_options import (
+    PATH,
+    SeveralNames,
+    json_option,
+    model_argument,
+    no_scripts_option,
+    quiet_option,
+)
+from bsm_mesh.text.progress import Progress, start_early
+
+vary_option = partial(
+    click.option,
+    "--vary",
+    type=(str, str, str),
+    metavar="KEY GOOD BAD",
+)
+search_options = (
+    click.option(
+        "--tolerance", type=float, default=0.005, show_default=True, help="Width of the bracket over the value."
+    ),
+    click.option("--trials", type=int, default=40, show_default=True, help="Most trials."),
+    click.option("--processes", type=int, default=1, show_default=True, help="Trials that run at the same time."),
+)
+
+
+def _search_options(command: Any) -> Any:
+    """Give a command the options of a search."""
+    for option in reversed(search_options):
+        command = option(command)
+    return command
+
+
+@click.command(cls=SeveralNames)
+@model_argument
+@click.option("--stage", metavar="NAME", help="The stage in question; the last by default, `initial` is the first.")
+@click.option("--joints", multiple=True, metavar="J1 J2 ...", help="Reduce the strength of these joints only.")
+@click.option("--rocks/--no-rocks", default=None, help="Reduce the strength of rock faces too; where all joints are.")
+@click.option("--bolts", is_flag=True, help="Reduce the capacities of bolts too.")
+@click.option(
+    "--start",
+    type=click.Choice(["stage", "after", "throughout"]),
+    default="stage",
+    show_default=True,
+    help="Reduced as the stage begins; once it has come to rest; in all stages before as well.",
+)
+@vary_option(help="Find the limit of this number instead: stable at GOOD, failing towards BAD, with units or without.")
+@click.option(
+    "--movement",
+    type=float,
+    default=0.05,
+    show_default=True,
+    help="A block that moves by more than this part of its size has failed.",
+)
+@_search_options
+@click.option("--spread", is_flag=True, help="Try the other starts and stiffer joints too.")
+@click.option("-o", "--output", type=PATH, help="Folder for the answer; that of the results with -safety by default.")
+@json_option
+@quiet_option
+@no_scripts_option
+def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scripts: bool, **asked: Any) -> None:
+    """Find the factor of safety of MODEL by strength reduction, or the limit of any of its numbers.
+
+    tan(friction), cohesion and tensile strength are divided by a factor until blocks come down, or move too far. Limit
+    analysis gives an upper bound with proof first. A trial without a verdict is never counted as a failure. Exit code
+    3 where such trials keep the bracket open.
+
+    --vary takes a key of the model file (gravity.horizontal, joint.J1.friction), or load.N.factor,
+    stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right: what a study varies too. Values may have units.
+    """
+    start_early(f"reading {model}", quiet=quiet or as_json)
+    from bsm_mesh.commands.safety import ask_safety
+
+    asked["joints"] = asked["joints"] or None
+    progress = Progress(quiet=quiet or as_json)
+    sys.exit(ask_safety(model, output, progress, as_json=as_json, scripts=not no_scripts, **asked))
+
+
+@click.command("back-analysis")
+@model_argument
+@vary_option(required=True, help="The number that is looked for; movements grow from GOOD to BAD.")
+@click.option(
+    "--measured",
+    type=(float, float, click.Choice(["x", "y", "total"]), float, float),
+    multiple=True,
+    required=True,
+    metavar="X Y x|y|total MOVEMENT DEVIATION",
+    help="A movement of a point, and its standard deviation, all in m; repeatable.",
+)
+@click.option("--stage", metavar="NAME", help="The stage of the movements; the last by default.")
+@_search_options
+@json_option
+@quiet_option
+@no_scripts_option
+def back_analysis(model: Path, as_json: bool, quiet: bool, no_scripts: bool, **asked: Any) -> None:
+    """Find the value of a number of MODEL that gives measured movements, and how sure it is.
+
+    The number is a key of the model file, or one of those that `safety --vary` takes.
+    """
+    start_early(f"reading {model}", quiet=quiet or as_json)
+    from bsm_mesh.commands.back_analysis import analyse_back
+
+    progress = Progress(quiet=quiet or as_json)
+    sys.exit(analyse_back(model, progress, as_json=as_json, scripts=not no_scripts, **asked))
+
+
+@click.command()
+@click.argument("study", type=PATH)
+@click.option("-o", "--output", type=PATH, help="Folder for the study; out/NAME beside NAME.toml by default.")
+@click.option("--processes", type=click.IntRange(1), metavar="N", help="Runs at a time; as many as cores by default.")
+@click.option("--scheduler", metavar="ADDRESS", help="Have a Dask cluster do the runs instead.")
+@json_option
+@quiet_option
+@no_scripts_option
+def study(
+    study: Path,
+    output: Path | None,
+    processes: int | None,
+    scheduler: str | None,
+    as_json: bool,
+    quiet: bool,
+    no_scripts: bool,
+) -> None:
+    """Run a model many times with other values.
+
+    STUDY is a file that says which keys of a model vary, and how: a grid, a list, Latin hypercube or Monte Carlo. The
+    runs become a table (study.parquet), a summary (probability of failure, which key decides) and pictures.
+    Interrupted or killed, the same command goes on: no finished run is done again.
+    """
+    start_early(f"reading {study}", quiet=quiet or as_json)
+    from bsm_mesh.commands.study import study_command
+
+    study_command(
+        study,
+        output,
+        processes=processes,
+        scheduler=scheduler,
+        scripts=not no_scripts,
+        as_json=as_json,
+        quiet=quiet,
+    )

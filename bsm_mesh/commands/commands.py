@@ -1,0 +1,184 @@
+"""What the commands do, step by step."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Literal
+
+from bsm_mesh.errors import ModelError, counted, named_stage
+from bsm_mesh.files import whole_file
+from bsm_mesh.folder.histories import history_file
+from bsm_mesh.folder.result_tables import BOLTS, FLOW, ON_REQUEST, TableForm
+from bsm_mesh.folder.results_folder import refuse_unwritable
+from bsm_mesh.folder.run_file import run_file
+from bsm_mesh.folder.summary import summary
+from bsm_mesh.modelfile.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
+from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.results import Results
+from bsm_mesh.results.spread import spread_text
+from bsm_mesh.text.beside_tables import beside_lines
+from bsm_mesh.text.flow_text import FLOW_HEADER, flow_rows
+from bsm_mesh.text.progress import Progress
+from bsm_mesh.text.tables import (
+    DOWN_HEADER,
+    FALL_HEADER,
+    JOINT_HEADER,
+    SPREAD_HEADER,
+    STAGE_HEADER,
+    down_rows,
+    fall_reasons,
+    fall_rows,
+    joint_rows,
+    print_table,
+    result_rows,
+    spread_rows,
+    stage_rows,
+)
+from bsm_mesh.text.terminal import say, say_json
+
+EXIT_CODES = {
+    Status.STABLE: 0,
+    Status.STABLE_AFTER_FALLS: 0,
+    Status.UNSTABLE: 0,
+    Status.NO_VERDICT: 0,
+    Status.NOT_CONVERGED: 3,
+}
+
+
+def run_model(
+    path: Path,
+    output: Path | None,
+    told: Progress,
+    *,
+    pictures: bool,
+    as_json: bool,
+    scripts: bool = True,
+    resume: bool = False,
+    spread: bool = False,
+    tables: TableForm | Literal[False] = False,
+    verbose: bool = False,
+) -> int:
+    """Solve a model file, write its results, and return the exit code."""
+    with told as progress:
+        done = run_file(
+            path,
+            None,
+            progress.step,
+            progress.report,
+            output=output,
+            scripts=scripts,
+            resume=resume,
+            spread=spread,
+            tables=tables,
+        )
+        results, notes, folder = done.results, done.notes, done.folder
+        assert folder is not None
+        drawn = []
+        if pictures:
+            from bsm_mesh.pictures.plot import draw_in_subprocess
+
+            progress.report("pictures")
+            drawn = draw_in_subprocess(folder)
+    if as_json:
+        sets = [asdict(one) for one in joint_sets(results, results.stages[-1])]
+        say_json({**summary(results), "joints": sets, "notes": notes, "folder": str(folder)})
+    else:
+        _print_results(results, notes, folder, drawn, verbose=verbose)
+    return EXIT_CODES[results.status]
+
+
+def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path], *, verbose: bool) -> None:
+    for note in notes:
+        say(f"mesh: {note}", err=True)
+    title = results.title or "Results"
+    if len(results.stages) > 1:
+        print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
+        title = f"{title}: after {named_stage(results.stages[-1].name)}"
+    if falls := fall_rows(results):
+        header, rows = FALL_HEADER[:-1], [row[:-1] for row in falls]  # reasons are sentences, too long for a column
+        print_table("What came down and was taken away", header, rows, texts=2)
+        for reason in fall_reasons(results):
+            say(reason)
+    print_table(title, ("", ""), result_rows(results, verbose=verbose))
+    if down := down_rows(results):
+        most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""
+        print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)
+    if joints := joint_rows(results):
+        print_table("Joints", JOINT_HEADER, joints)
+    if water := flow_rows(results.stages[-1]):
+        print_table("Flow", FLOW_HEADER, water)
+    if beside := beside_lines(results):
+        say("Histories at the end, and what is set beside them:")
+        for line in beside:
+            say(f"  {line}")
+    for stage in results.stages:
+        for remark in stage.notes:
+            say(f"{named_stage(stage.name)}: {remark}")
+    if results.spread:
+        print_table("Other routes", SPREAD_HEADER, spread_rows(results.spread), texts=2)
+        say(f"spread: {spread_text(results.spread)}")
+    series = "blocks.pvd, contacts.pvd, joints.pvd, supports.pvd" + (
+        ", water.pvd" if (folder / "water.pvd").exists() else ""
+    )
+    series += ", flow.pvd" if results.stages[-1].flow is not None else ""
+    series += ", bolts.pvd" if results.stages[-1].bolts.count else ""
+    tables = [f"{name}.{ending}" for name in (BOLTS, FLOW, *ON_REQUEST) for ending in ("csv", "parquet")]
+    series += "".join(f", {name}" for name in tables if (folder / name).exists())
+    series += "".join(f", {history_file(name)}" for name in results.histories)
+    say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
+    say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
+    if drawn:
+        say(f"pictures: {counted(len(drawn), 'file')} in {drawn[0].parent}")
+
+
+def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
+    """Build a geometry into a mesh file and say what is in it."""
+    from bsm_mesh.converters import read_mesh
+    from bsm_mesh.geometries.cases import find_case, parse_settings
+
+    path = output or Path(f"{Path(case).stem}.msh")
+    if path.suffix != ".msh":
+        raise ModelError(f"{path}: a mesh is written as .msh; give a name that ends in .msh")
+    if path.is_dir():
+        raise ModelError(f"{path} is a folder; give the name of a file in it")
+    refuse_unwritable(path.parent, "a mesh")
+    texts = dict(_key_and_value(setting) for setting in settings)
+    with geometry_faults(), stdout_to_stderr():
+        parameters = parse_settings(find_case(case), texts)
+    try:
+        with Progress() as progress, whole_file(path, parents=True) as draft:
+            progress.report(f"building {case}")
+            build_geometry(case, draft, parameters)
+            progress.report("reading it")
+            _, report = read_mesh(draft, groups={"*": "rock:rock"})
+    except ModelError as error:
+        raise ModelError([fault.replace(str(draft), str(path)) for fault in error.faults]) from error
+    say(f"written: {path}")
+    print_table("physical groups", ("group", "elements"), [(name, str(n)) for name, n in report.groups.items()])
+
+
+def _key_and_value(setting: str) -> tuple[str, str]:
+    key, equals, value = setting.partition("=")
+    if not equals or not key.strip():
+        raise ModelError(f"--set {setting}: write KEY=VALUE, for example --set radius=2.5")
+    return key.strip(), value.strip()
+
+
+def print_cases(case: str | None) -> None:
+    """Print the built-in geometries, or the parameters of one."""
+    from bsm_mesh.geometries.cases import case_names, case_parameters, find_case
+
+    with geometry_faults():
+        if case is None:
+            rows = [(name, find_case(name).summary) for name in case_names()]
+            print_table("cases (bsm-mesh mesh CASE --list: its parameters)", ("case", ""), rows, texts=2)
+            return
+        parameters = case_parameters(find_case(case))
+    print_table(
+        f"parameters of {case}",
+        ("parameter", "default", "meaning"),
+        [(name, "required" if p.required else str(p.default), p.summary) for name, p in parameters.items()],
+        texts=3,
+    )

@@ -1,0 +1,120 @@
+"""The command ``key-blocks``: block theory on a model file of three dimensions, its table, VTU files and picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.errors import counted
+from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.result_tables import write_table
+from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
+from bsm_mesh.text.tables import engineering, print_table
+from bsm_mesh.text.terminal import say, say_json
+from bsm_mesh.three_d.key_blocks.analysis import key_blocks
+from bsm_mesh.three_d.key_blocks.modes import FALLS
+from bsm_mesh.three_d.key_blocks.record import KeyBlocks
+
+MAX_ROWS = 30  # of the table on the terminal; the file has all
+PICTURE = "key_blocks.png"
+
+
+def find_key_blocks(path: Path, output: Path | None, *, as_json: bool, picture: bool) -> None:
+    """Find the key blocks of a model file, print what falls and slides, and write table, VTU files and picture."""
+    loaded = load_space_file(path)
+    added = AddedFiles(output or loaded.output_folder)
+    asked = loaded.file.key_blocks
+    found = key_blocks(
+        loaded.blocks,
+        rocks=loaded.rocks,
+        joints=loaded.joints,
+        free=[*asked.free, *([SLOPE] if SLOPE in loaded.blocks.boundaries else [])],
+        excavated=[table.name for table in loaded.file.excavation],
+        default_joint=loaded.file.mesh.default_joint,
+        gravity=asked.gravity or (0.0, 0.0, -1.0),
+        joint_pressure=asked.joint_pressure,
+        required=asked.required,
+        rounds=asked.rounds,
+    )
+    files = _write(loaded, found, added, picture)
+    if as_json:
+        say_json({**_told(loaded, found), "files": [str(added.folder.path / name) for name in files]})
+        return
+    _print(loaded, found)
+    say(f"{', '.join(files)} written to {added.folder.path}")
+
+
+def _write(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles, picture: bool) -> list[str]:
+    """Write the files, and return their names."""
+    from bsm_mesh.converters.three_d import draw_key_blocks, write_blocks, write_contacts
+
+    files = ["key_blocks.csv", "blocks.vtu", "contacts.vtu"]
+    with added.file(files[0]) as draft:
+        write_table(found.table(), draft)
+    with added.file(files[1]) as draft:
+        write_blocks(draft, loaded.blocks, key_blocks=found)
+    with added.file(files[2]) as draft:
+        write_contacts(draft, loaded.blocks)
+    if picture:
+        with added.file(PICTURE) as draft:
+            draw_key_blocks(draft, loaded.blocks, found, title=loaded.file.title)
+        files.append(PICTURE)
+    return files
+
+
+def _told(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, Any]:
+    """Return what JSON tells."""
+    below = found.round > 0
+    return {
+        "blocks": loaded.blocks.count,
+        "at_free_faces": found.count,
+        "removable": int(found.removable.sum()),
+        "falls": [int(block) for block in found.block[below & (found.factor == 0)]],
+        "slides": {
+            str(block): round(float(factor), 6)
+            for block, factor in zip(found.block[below], found.factor[below], strict=True)
+            if factor > 0
+        },
+        "required": found.required,
+        "volume": float(found.volume[below].sum()),
+        "slivers": len(loaded.blocks.slivers),
+    }
+
+
+def _print(loaded: LoadedSpace, found: KeyBlocks) -> None:
+    """Print the blocks that come down, the heaviest first, and lines on the others."""
+    rows = np.flatnonzero(found.round > 0)
+    rows = rows[np.lexsort((-found.weight[rows], found.round[rows]))]
+    large, several = rows[~found.sliver[rows]], found.round.max(initial=0) > 1
+    header = ("block", "movement", *(("round",) if several else ()), "factor", "m3", "weight", "support")
+    shown = [_row(found, k, several) for k in large[:MAX_ROWS]]
+    if shown:
+        print_table(loaded.file.title or str(loaded.path), header, shown, texts=2)
+    left = len(rows) - len(shown)
+    if left:
+        say(f"key_blocks.csv has {counted(left, 'block')} more, slivers included")
+    falls = int((found.factor[rows] == 0).sum())
+    say(f"{counted(loaded.blocks.count, 'block')}: {found.count} at free faces, {int(found.removable.sum())} removable")
+    say(
+        f"{falls} fall and {len(rows) - falls} slide below a factor of {found.required:g}: "
+        f"{found.volume[rows].sum():.4g} m3 in all"
+    )
+    held = int(found.held.sum())
+    if held:
+        say(f"note: {counted(held, 'block')} at free faces reach the sides of the box and were not judged", err=True)
+
+
+def _row(found: KeyBlocks, k: int, several: bool) -> tuple[str, ...]:
+    """Return a row of the table on the terminal."""
+    joints = [found.joint_names[j] if j >= 0 else "rock" for j in found.joints[k][: max(0, found.mode[k] - FALLS)]]
+    return (
+        str(found.block[k]),
+        f"slides on {', '.join(joints)}" if joints else "falls",
+        *((str(found.round[k]),) if several else ()),
+        f"{found.factor[k]:.3f}",
+        f"{found.volume[k]:.4g}",
+        engineering(float(found.weight[k]), "N"),
+        "-" if np.isnan(found.support[k]) else engineering(float(found.support[k]), "Pa"),
+    )

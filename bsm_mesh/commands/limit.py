@@ -1,0 +1,158 @@
+"""The command ``limit``: the linear program on a model file, its answer in words, the mechanism as VTU."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.notes import notes_of
+from bsm_mesh.modelfile.build import LoadedModel, load_model_file
+from bsm_mesh.solve.limit.analysis import LimitAnalysis, limit_analysis, limit_tilt
+from bsm_mesh.solve.limit.strength_factor import StrengthLimit, strength_limit
+from bsm_mesh.text.tables import print_table
+from bsm_mesh.text.terminal import say, say_json
+
+
+def analyse_limit(
+    path: Path,
+    output: Path | None,
+    *,
+    stage: str | None,
+    numbers: tuple[int, ...],
+    tilt: str | None,
+    strength: bool,
+    joints: tuple[str, ...],
+    rocks: bool | None,
+    bolts: bool,
+    as_json: bool,
+    scripts: bool = True,
+) -> None:
+    """Run linear programs on a model file, print what they say and prove, and write the mechanism."""
+    if bool(numbers) + bool(tilt) + strength > 1:
+        raise ModelError("limit: give one of --load, --tilt and --strength")
+    if not strength and (joints or bolts or rocks is not None):
+        raise ModelError("limit: --joints, --rocks and --bolts say what --strength divides: give --strength too")
+    loaded = load_model_file(path, scripts=scripts)
+    added = AddedFiles(output or loaded.output_folder)
+    model = loaded.model
+    if strength:
+        rocks = not joints if rocks is None else rocks
+        divided = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
+        _tell(loaded, added, divided, _strength_told(divided), _strength_rows(divided), as_json)
+        return
+    found = _with_live_loads(model, numbers, stage) if numbers else limit_analysis(model, stage=stage)
+    told: dict[str, Any] = {"stage": found.stage, "admissible": found.admissible, "factor": _finite(found.factor)}
+    if tilt:
+        told["tilt"] = limit_tilt(model, stage=stage, clockwise=tilt == "left")
+    _tell(loaded, added, found, told, _rows(found, numbers, told.get("tilt"), tilt), as_json)
+    if found.admissible and not as_json:
+        say(_meaning(found.factor, f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads"))
+    if numbers and found.admissible and found.factor < 1 and not as_json:
+        say("A factor below 1: with the loads as given the blocks must move.")
+
+
+def _tell(
+    loaded: LoadedModel,
+    added: AddedFiles,
+    found: LimitAnalysis | StrengthLimit,
+    told: dict[str, Any],
+    rows: list[tuple[str, str]],
+    as_json: bool,
+) -> None:
+    """Print an answer, as JSON or as a table and in words, and write its mechanism where there is one."""
+    model, file = loaded.model, None
+    if found.mechanism.any():
+        from bsm_mesh.converters.result_files import write_mechanism
+
+        with added.file("limit.vtu") as draft:
+            write_mechanism(model.blocks, found.mechanism, found.present, draft)
+        file = added.folder.path / "limit.vtu"
+    if as_json:
+        notes = [*loaded.notes, *notes_of(model), str(found)]
+        say_json({**told, "file": None if file is None else str(file), "notes": notes})
+        return
+    for note in loaded.notes:
+        say(f"mesh: {note}", err=True)
+    for note in notes_of(model):
+        say(f"note: {note}", err=True)
+    print_table(model.title or str(loaded.path), ("", ""), rows)
+    say(f"{found}.")
+    if file is not None:
+        say(f"collapse mechanism written to {file}")
+
+
+def _with_live_loads(model: Model, numbers: tuple[int, ...], stage: str | None) -> LimitAnalysis:
+    """Return the analysis with the factor on the loads of these numbers, from 1, the others staying."""
+    outside = [k for k in numbers if not 1 <= k <= len(model.loads)]
+    if outside:
+        raise ModelError(f"limit: there is no [[load]] number {outside[0]}; the model has {len(model.loads)}")
+    live = [model.loads[k - 1] for k in numbers]
+    dead = tuple(load for k, load in enumerate(model.loads) if k + 1 not in numbers)
+    return limit_analysis(model.replace(loads=dead), live, stage=stage)
+
+
+def _finite(factor: float) -> float | None:
+    """Return a factor; None where it is infinite."""
+    return factor if math.isfinite(factor) else None
+
+
+def _strength_told(found: StrengthLimit) -> dict[str, Any]:
+    """Return what JSON tells of a factor of strength."""
+    return {
+        "stage": found.stage,
+        "factor": _finite(found.factor),
+        "beyond": _finite(found.beyond),
+        "proved": found.proof.witness is not None,
+        "programs": found.programs,
+        "seconds": round(found.seconds, 3),
+    }
+
+
+def _strength_rows(found: StrengthLimit) -> list[tuple[str, str]]:
+    """Return what the table tells of a factor of strength."""
+    return [
+        ("stage", found.stage),
+        ("greatest factor on the strength", f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"),
+        ("contacts", str(found.contacts.count)),
+        ("of them without a limit of strength", str(found.unlimited)),
+        ("linear programs", f"{found.programs} in {found.seconds:.2g} s"),
+    ]
+
+
+def _admitted(found: LimitAnalysis) -> str:
+    return "yes (statically admissible)" if found.admissible else "no (statically inadmissible)"
+
+
+def _meaning(factor: float, which: str) -> str:
+    """Return in one sentence what a factor of limit analysis is."""
+    if not math.isfinite(factor):
+        return (
+            f"No limit: whatever the factor on {which}, statics alone does not prove that blocks move; friction grows "
+            "with it. That is no factor of safety (bsm-mesh safety)."
+        )
+    return (
+        f"Beyond {factor:.4g} times {which} the blocks must move, whatever their stiffness; they may well move before: "
+        "an upper bound, no factor of safety (bsm-mesh safety)."
+    )
+
+
+def _rows(
+    found: LimitAnalysis, numbers: tuple[int, ...], angle: float | None, side: str | None
+) -> list[tuple[str, str]]:
+    which = f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads together"
+    without = f", without load {', '.join(map(str, numbers))}" if numbers else ""
+    factor = f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"
+    rows = [
+        ("stage", found.stage),
+        (f"can forces within strength balance the loads{without}?", _admitted(found)),
+        ("contacts", str(found.contacts.count)),
+        ("of them without a limit of strength", str(found.unlimited)),
+        (f"greatest factor on {which}", factor),
+    ]
+    if angle is not None:
+        rows.append((f"greatest further tilt to the {side}", f"{angle:.4f} degrees"))
+    return rows

@@ -1,0 +1,1 @@
+"""A results folder: written by a run, checkpoints, resumed, saved and loaded, verified."""

@@ -1,0 +1,57 @@
+"""history.csv: a row a step."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.files import whole_file
+from bsm_mesh.results.records import StepRecord
+from bsm_mesh.results.results import Results
+from bsm_mesh.text.csv_tables import CsvWriter
+
+HISTORY = "history.csv"
+SEPARATOR = "; "  # between the methods of a step
+
+
+def write_history(results: Results, folder: Path) -> None:
+    """Write the steps of all stages, one below the other: the next stage adds its own at the end."""
+    with whole_file(folder / HISTORY) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        writer = CsvWriter(file)
+        writer.writerow(_KINDS)
+        writer.writerows(_row(step) for stage in results.stages for step in stage.steps)
+
+
+def _row(step: StepRecord) -> list[Any]:
+    row = {**asdict(step), "tried": SEPARATOR.join(step.tried)}
+    return [row[name] for name in _KINDS]
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(text.split(SEPARATOR)) if text else ()
+
+
+_TYPES: dict[Any, Any] = {"int": int, "float": float, "str": str, "tuple[str, ...]": _names}
+_KINDS = {field.name: _TYPES[field.type] for field in fields(StepRecord) if field.name != "recorded"}  # in own files
+
+
+def read_history(content: bytes, count: int, path: Path) -> list[StepRecord]:
+    """Return the steps that ``history.csv`` tells of.
+
+    Raises
+    ------
+    ModelError
+        If they are not `count` steps.
+    """
+    try:
+        rows = list(csv.DictReader(io.StringIO(content.decode(), newline="")))
+        steps = [StepRecord(**{name: kind(row[name]) for name, kind in _KINDS.items()}) for row in rows]
+    except (KeyError, TypeError, ValueError, csv.Error):
+        steps = []
+    if len(steps) != count:
+        raise ModelError(f"{path} is damaged; run the model again")
+    return steps

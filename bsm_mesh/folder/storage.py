@@ -1,0 +1,410 @@
+"""Results from a folder, every file checked before it is read, and to one."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.certificate.certificate import arrays_file, read_evidence
+from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
+from bsm_mesh.folder.histories import with_histories
+from bsm_mesh.folder.history import HISTORY, read_history
+from bsm_mesh.folder.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, link_on_the_way, run_number
+from bsm_mesh.folder.result_tables import USUAL, OutputForm
+from bsm_mesh.folder.results_folder import ResultsFolder
+from bsm_mesh.folder.run_writer import Given, RunWriter
+from bsm_mesh.folder.summary import finished_stages, read_summary
+from bsm_mesh.model.beside import Beside
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.modelfile.model_text import MODEL, files_of_model
+from bsm_mesh.reading import refuse_special, special_fault
+from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.histories import Recorded
+from bsm_mesh.results.records import StageResult, Status, StepRecord
+from bsm_mesh.results.results import Results
+from bsm_mesh.results.spread import RouteEnd
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters.vtk_files import Grid
+
+PATIENCE = 2.0  # s; new results take the place of the former ones in a thousandth of that
+SEVERAL_TIMES = 5
+
+
+def save_results(results: Results, folder: Path, given: Given | None = None, *, form: OutputForm = USUAL) -> Path:
+    """Write all files of a run into `folder`, made if need be, in place of the former results.
+
+    Parameters
+    ----------
+    results : Results
+        What came out.
+    folder : Path
+        Where to.
+    given : mapping of str to callable, optional
+        Files that say what was run: their names, and what writes each. By default the model as ``model.toml`` with its
+        blocks as ``mesh.vtu``.
+    form : OutputForm
+        Which tables are written too, and how VTU files are compressed.
+
+    Warns
+    -----
+    ResultsWarning
+        Where the model cannot be written; it says what is missing.
+
+    Raises
+    ------
+    ModelError
+        If the folder cannot be written to, or holds what bsm-mesh did not write.
+    """
+    if given is None:
+        given = _what_was_run(results)
+    with RunWriter(folder, given, form=form) as writer:
+        return writer.finish(results)
+
+
+def _what_was_run(results: Results) -> Given:
+    """Return the files of the model; warn where there are none."""
+    if results.model is None or results.options is None:
+        faults: tuple[str, ...] = ("these results were read from a folder, and do not hold their model",)
+    else:
+        try:
+            return files_of_model(results.model, results.options)
+        except ModelError as error:
+            faults = error.faults
+    warnings.warn(f"{MODEL} is not written: {'; '.join(faults)}", ResultsWarning, stacklevel=4)
+    return {}
+
+
+class SavedResults:
+    """Results on disk: of each file size and checksum are compared with the summary before anything is made of it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of a run, one under way and an interrupted one as well.
+
+    Attributes
+    ----------
+    folder : Path
+        Where they are.
+    told : dict
+        The content of the summary.
+    finished : bool
+        Whether the run came to its end.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = find_results(folder)
+        self.told = read_summary(self.folder)
+        self.finished = self.told["status"] != Status.UNFINISHED
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.told["files"]
+
+    def check(self) -> None:
+        """Raise for all files that are missing or of another size, and for changed ones that `grid` does not read.
+
+        Of grids, which may be large, the content is compared when they are read.
+        """
+        faults = []
+        for name, listed in self.told["files"].items():
+            path = self.folder / name
+            if link := link_on_the_way(self.folder, name):
+                faults.append(f"{link} is a link, and {name} would lie elsewhere; run the model again")
+            elif not path.is_file():
+                if self.finished or not OF_A_STEP.fullmatch(name):  # a run under way gives up steps that it listed
+                    faults.append(special_fault(path) or f"{path}: there is no such file; run the model again")
+            elif name.endswith(".vtu") and OF_A_RUN.fullmatch(name):
+                if path.stat().st_size != listed["bytes"]:
+                    faults.append(_damaged(path))
+            else:
+                try:
+                    self.content(name)
+                except ModelError as error:
+                    faults.extend(error.faults)
+        raise_faults(faults)
+
+    def content(self, name: str) -> bytes:
+        """Return what a file holds; of a table that grows what it held at the end of the last stage.
+
+        Raises
+        ------
+        ModelError
+            If that is not what was written.
+        """
+        path, listed = self.folder / name, self.told["files"].get(name)
+        if listed is None and self.finished:
+            raise ModelError(f"{path} is not from this run; run the model again")
+        refuse_special(path)
+        if not path.is_file():
+            raise ModelError(f"{path}: there is no such file; run the model again")
+        try:
+            with path.open("rb") as file:
+                size = os.fstat(file.fileno()).st_size
+                content = file.read(-1 if listed is None else listed["bytes"])
+        except OSError as error:
+            raise ModelError(f"{path} cannot be read: {error.strerror or error}") from None
+        if listed is None:  # of a step of a run under way
+            return content
+        longer = self.finished and size != listed["bytes"]
+        if longer or hashlib.sha256(content).hexdigest() != listed["sha256"]:
+            raise ModelError(_damaged(path))
+        return content
+
+    def grid(self, name: str, needs: Sequence[str] = ()) -> Grid:
+        """Return the grid of a VTU file."""
+        from bsm_mesh.converters.vtk_files import grid_of
+
+        return grid_of(self.content(name), self.folder / name, needs=needs)
+
+    def blocks(self) -> Blocks:
+        """Return the blocks of the model, those that were taken away too."""
+        from bsm_mesh.converters.result_files import GIVEN_BLOCKS, blocks_of_grid, stage_file
+
+        return blocks_of_grid(self.grid(GIVEN_BLOCKS if GIVEN_BLOCKS in self else stage_file("blocks", 0)))
+
+    def water_table(self, stage: int) -> FloatArray:
+        """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
+        from bsm_mesh.converters.result_files import WATER, stage_file
+
+        name = stage_file(WATER, stage)
+        return self.grid(name).points.reshape(-1, 2, 2) if name in self else np.zeros((0, 2, 2))
+
+    def series(self, kind: str) -> list[tuple[float, str]]:
+        """Return the (time, file name) pairs of a kind."""
+        from bsm_mesh.converters.vtk_files import files_of
+
+        path = self.folder / f"{kind}.pvd"
+        return [(moment, file.name) for moment, file in files_of(self.content(path.name), path)]
+
+
+def _damaged(path: Path) -> str:
+    return f"{path} is damaged, or was changed after the run; run the model again"
+
+
+@contextmanager
+def damage_told(folder: Path) -> Iterator[None]:
+    """Have whatever goes wrong with what a results folder holds be one `ModelError`.
+
+    Checksums prove that a folder is as it was written, and not by whom: its entries may be of any kind.
+    """
+    try:
+        yield
+    except ModelError:
+        raise
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        RecursionError,
+        StopIteration,
+        TypeError,
+        ValueError,
+    ) as error:
+        raise ModelError(f"{folder} is damaged ({error}); run the model again") from error
+
+
+def find_results(folder: Path) -> Path:
+    """Return where the results of a folder are: there, but for the moment in which new ones take their place.
+
+    A change of place that a killed run left half done is ended first.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results; the message says where unfinished ones are.
+    """
+    refuse_special(folder / SUMMARY)
+    own, end = ResultsFolder(folder), time.monotonic() + PATIENCE
+    while not (folder / SUMMARY).is_file():
+        waiting = not own.strange() and (run_number(own.running) is not None or own.former.is_dir())
+        if not waiting or time.monotonic() > end:
+            break
+        try:
+            with own.locked():  # which puts right what was half done
+                break
+        except ModelError:  # held by the run that does it
+            time.sleep(0.02)
+        except OSError:  # nothing can be put right on this disk
+            return own.former if own.former.is_dir() else own.running
+    if (folder / SUMMARY).is_file():
+        return folder
+    hints = [
+        f"; finished stages of a run {what} are in {own.told(place)}"
+        for place, what in ((own.running, "under way"), (own.interrupted, "that was interrupted"))
+        if finished_stages(place)
+    ]
+    raise ModelError(f"{folder} holds no results (no {SUMMARY}); give the output folder of a run{''.join(hints)}")
+
+
+def load_results(folder: Path) -> Results:
+    """Return the results in a folder: those of one run, also while another run replaces them.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results, or they are damaged.
+    """
+    for _ in range(SEVERAL_TIMES):
+        try:
+            saved = SavedResults(folder)
+        except OSError as error:
+            raise ModelError(f"{folder} cannot be read: {error.strerror or error}") from error
+        try:
+            saved.check()
+            with damage_told(folder):
+                results = _load(saved)
+                _refuse_strange_numbers(results, saved.folder)
+            return results
+        except ModelError:
+            if read_summary(find_results(folder)) == saved.told:
+                raise  # else another run has replaced them meanwhile
+        except OSError as error:
+            raise ModelError(f"{folder} cannot be read: {error.strerror or error}") from error
+    raise ModelError(f"{folder}: its results are replaced again and again while they are read; read them later")
+
+
+def _load(saved: SavedResults) -> Results:
+    told = saved.told
+    count = sum(stage["steps"] for stage in told["stages"])
+    steps = read_history(saved.content(HISTORY), count, saved.folder / HISTORY)
+    recorded = tuple(_recorded(one) for one in told.get("histories", ()))
+    steps = with_histories(steps, recorded, saved.content, saved.folder)
+    blocks = saved.blocks()
+    stages = [_load_stage(saved, k, stage, steps, blocks) for k, stage in enumerate(told["stages"])]
+    return Results(
+        blocks=blocks,
+        joint_names=tuple(told["joint_names"]),
+        stages=tuple(stages),
+        scheme=told["scheme"],
+        linear_solver=told["linear_solver"],
+        tolerance=told["tolerance"],
+        model_digest=told["model_hash"],
+        title=told["title"],
+        default_joint=told["default_joint"],
+        recorded=recorded,
+        finished=saved.finished,
+        spread=tuple(_route_end(end) for end in told.get("spread", ())),
+    )
+
+
+def _refuse_strange_numbers(results: Results, folder: Path) -> None:
+    """Raise where a stage tells of blocks or joints that are not there."""
+    blocks, joints = results.blocks.count, len(results.joint_names)
+    for stage in results.stages:
+        contacts, supports = stage.contacts, stage.supports
+        of_blocks = (contacts.block_a, contacts.block_b, supports.block, stage.unstable_blocks, stage.small_blocks)
+        falls = np.array([fall.block for fall in stage.falls], dtype=np.int64)
+        numbers = [(values, 0, blocks) for values in (*of_blocks, falls)] + [(contacts.joint, -1, joints)]
+        if any(values.size and (values.min() < least or values.max() >= most) for values, least, most in numbers):
+            raise ModelError(
+                f"{folder} is damaged (stage '{stage.name}' tells of what is not there); run the model again"
+            )
+
+
+def _recorded(told: dict[str, Any]) -> Recorded:
+    lists = {key: tuple(told.get(key, ())) for key in ("quantities", "units", "distances")}
+    points = tuple((x, y) for x, y in told.get("points", ()))
+    measured = tuple(Beside(**one) for one in told.get("measured", ()))
+    return Recorded(**{**told, **lists, "points": points, "measured": measured})
+
+
+def _route_end(told: dict[str, Any]) -> RouteEnd:
+    return RouteEnd(**{**told, "status": Status(told["status"]), "unstable_blocks": tuple(told["unstable_blocks"])})
+
+
+def _load_stage(
+    saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], given: Blocks
+) -> StageResult:
+    from bsm_mesh.converters.bolt_files import bolts_of_grid
+    from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
+    from bsm_mesh.converters.flow_files import flow_of_grid
+    from bsm_mesh.converters.result_files import BOLTS, FLOW, stage_file
+
+    saved.content(stage_file("joints", number))  # follows from the others; whoever opens it elsewhere trusts it
+    blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in ("blocks", "contacts", "supports"))
+    cells, here = blocks.cell_data, blocks.cell_data["block_id"]
+
+    def whole(rows: Any) -> Any:
+        """Return rows of the blocks that are there among zeros for those that are not."""
+        values = np.zeros((given.count, *rows.shape[1:]), dtype=rows.dtype)
+        values[here] = rows
+        return values
+
+    return StageResult(
+        name=told["name"],
+        status=Status(told["status"]),
+        reason=told["reason"],
+        present=whole(np.ones(len(here), dtype=bool)),
+        displacement=whole(np.column_stack([cells["displacement"][:, :2], cells["rotation"]])),
+        stage_displacement=whole(np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]])),
+        origin=whole(cells["origin"]),
+        stress=whole(_tensors(cells["stress"])),
+        stress_effective=whole(_tensors(cells["stress_effective"])),
+        loads=whole(cells["load"]),
+        reactions=whole(cells["reaction"]),
+        water=whole(cells["water"]),
+        **_water_of(saved, number, told),
+        contacts=contacts_of_grid(contacts),
+        supports=supports_of_grid(supports),
+        bolts=bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if "bolts" in told else BoltForces.none(),
+        unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
+        small_blocks=np.array(told.get("small_blocks", ()), dtype=np.int32),
+        start_residual=told["start_residual"],
+        residual=told["residual"],
+        reference_weight=told["reference_weight"],
+        steps=tuple(step for step in steps if step.stage == number),
+        notes=tuple(told["notes"]),
+        falls=tuple(_fall(fall, given) for fall in told.get("falls", ())),
+        **_evidence(saved, number),
+        flow=flow_of_grid(saved.grid(stage_file(FLOW, number)), told["flow"]) if "flow" in told else None,
+    )
+
+
+def _fall(told: dict[str, Any], given: Blocks) -> Fall:
+    origin = told.get("origin", given.moments.centroid[told["block"]].tolist())  # older results do not have it
+    return Fall(**{**told, "origin": tuple(origin), "place": tuple(told["place"])})
+
+
+def _water_of(saved: SavedResults, number: int, told: dict[str, Any]) -> dict[str, Any]:
+    """Return the water table of a stage, the pressure under it, and that of joints with one of their own."""
+    from bsm_mesh.converters.result_files import WATER, stage_file
+
+    name, table = stage_file(WATER, number), saved.water_table(number)
+    unknown = np.full(len(table), np.nan)  # schema version 3 did not write it
+    gradient = saved.grid(name).cell_data.get("pressure_gradient", unknown) if name in saved else unknown
+    own = told.get("joint_water", {})
+    joints = [own.get(joint, np.nan) for joint in saved.told["joint_names"]]
+    return {
+        "water_table": table,
+        "water_gradient": gradient,
+        "joint_water": np.array(joints, dtype=np.float64),
+    }
+
+
+def _evidence(saved: SavedResults, number: int) -> dict[str, Any]:
+    """Return evidence and proof of a stage; nothing where results without any were saved."""
+    if arrays_file(number) not in saved:
+        return {}
+    return dict(zip(("evidence", "proof"), read_evidence(saved.content(arrays_file(number))), strict=True))
+
+
+def _tensors(six: FloatArray) -> FloatArray:
+    """Return the tensors (k, 2, 2) of six components XX YY ZZ XY YZ XZ (k, 6)."""
+    xx, yy, _, xy, _, _ = six.T
+    return np.stack([np.stack([xx, xy], axis=1), np.stack([xy, yy], axis=1)], axis=1)

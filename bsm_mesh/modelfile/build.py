@@ -1,0 +1,239 @@
+"""From the model file to the model; every fault of the file is told at once."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
+
+from bsm_mesh.errors import MeshWarning, ModelError, one_line, placed, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.notes import beyond_usual
+from bsm_mesh.model.quantities import MERGE_TOLERANCE
+from bsm_mesh.model.stages import INITIAL
+from bsm_mesh.modelfile.build_bolts import make_bolts
+from bsm_mesh.modelfile.build_mesh import read_blocks
+from bsm_mesh.modelfile.build_parts import (
+    make_history,
+    make_in_situ,
+    make_joint,
+    make_load,
+    make_options,
+    make_rock,
+    make_stage,
+    make_supports,
+    make_water,
+)
+from bsm_mesh.modelfile.flow_tables import make_flow
+from bsm_mesh.modelfile.mesh_tables import LineFile
+from bsm_mesh.modelfile.model_file import read_model_file
+from bsm_mesh.modelfile.model_tables import ModelFile
+from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.unused import unused_notes
+from bsm_mesh.solve.options import Options
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters import MeshReport
+
+Reporter = Callable[[str], None]
+Mesher: TypeAlias = "Callable[[ModelFile, Path, Reach], tuple[Blocks, MeshReport]]"
+"""Returns the blocks of a mesh, and the report on it: `read_blocks`, or what keeps what that returned."""
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadedModel:
+    """A model as its file describes it.
+
+    Attributes
+    ----------
+    path : Path
+        The model file.
+    reach : Reach
+        What it may do.
+    file : ModelFile
+        Its content.
+    model : Model
+        What it builds.
+    options : Options
+        How it is to be solved.
+    notes : tuple of str
+        What was mended or left out of the mesh, and what of the file may be a slip, a line each.
+    mesh_lines : tuple of str
+        What was found in the mesh, a line each, the notes included.
+    dangling : mapping of str to int
+        Pieces of the mesh's joints that bound no block.
+    """
+
+    path: Path
+    reach: Reach
+    file: ModelFile
+    model: Model
+    options: Options
+    notes: tuple[str, ...]
+    mesh_lines: tuple[str, ...]
+    dangling: Mapping[str, int]
+
+    @property
+    def output_folder(self) -> Path:
+        """Where the file says that results go."""
+        return output_folder(self.file, self.path, self.reach)
+
+
+def output_folder(file: ModelFile, path: Path, reach: Reach) -> Path:
+    """Return where a model file says that results go: by default to a folder that bears the file's name."""
+    return reach.output(file.output.folder or f"out/{path.stem}")
+
+
+def inputs_of(file: ModelFile, path: Path) -> list[Path]:
+    """Return the files that a model is made of: the model file, its mesh or script, its tables."""
+    script = file.mesh.geometry if (file.mesh.geometry or "").endswith(".py") else None
+    lines = (table.along.file for table in file.joint.values() if isinstance(table.along, LineFile))
+    beside = (name for table in file.history for name in table.measured)
+    names = [file.mesh.file, script, *(table.table for table in file.bolt), *lines, *beside]
+    return [path, *(path.parent / name for name in names if name is not None)]
+
+
+def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
+    """Return the model of a model file, with its ``[solver]`` as ``model.options``.
+
+    What was mended in its mesh is warned of (`MeshWarning`).
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    scripts : bool
+        Whether it may run a geometry script and name any path. If not, no code of its own is run, and nothing outside
+        its folder is read.
+
+    Raises
+    ------
+    ModelError
+        With every fault found in the file, its mesh or the model as a whole.
+    """
+    loaded = load_model_file(Path(path), scripts=scripts)
+    for note in loaded.notes:
+        warnings.warn(one_line(note), MeshWarning, stacklevel=3)  # where `bsm.load` was called
+    return loaded.model
+
+
+def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts: bool = True) -> LoadedModel:
+    """Return the model of a model file together with its options and the notes on its mesh."""
+    return build_model(read_model_file(path), path, Reach(folder=path.parent, scripts=scripts), report)
+
+
+def build_model(
+    file: ModelFile, path: Path, reach: Reach, report: Reporter = lambda text: None, mesher: Mesher = read_blocks
+) -> LoadedModel:
+    """Return the model of a model file that was read, with its options and the notes on its mesh, by a `Mesher`."""
+    faults: list[str] = []
+    rocks = _collect(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
+    joints = _collect(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
+    supports = _collect(
+        faults, [partial(make_supports, table, f"[[support]] number {k + 1}") for k, table in enumerate(file.support)]
+    )
+    loads = _collect(
+        faults, [partial(make_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load)]
+    )
+    ground = _collect(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
+    water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
+    flow = _collect(faults, [] if file.flow is None else [partial(make_flow, file.flow)])
+    stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
+    stage_names = [INITIAL, *(table.name for table in file.stage)]
+    histories = _collect(faults, [partial(make_history, table, reach, stage_names) for table in file.history])
+    options = _collect(faults, [partial(make_options, file.solver, file.falls)])
+    _collect(faults, [partial(output_folder, file, path, reach)])
+    raise_faults([f"{path.name}: {fault}" for fault in faults])
+    report("mesh")
+    blocks, mesh_report = mesher(file, path, reach)
+    bolts = _collect(
+        faults,
+        [
+            partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, reach)
+            for k, table in enumerate(file.bolt)
+        ],
+    )
+    raise_faults([f"{path.name}: {fault}" for fault in faults])
+    with placed(path.name), _told_of_unused_curves(mesh_report):
+        model = Model(
+            blocks=blocks,
+            rocks=tuple(rocks),
+            joints=tuple(joints),
+            default_joint=file.mesh.default_joint,
+            supports=tuple(support for group in supports for support in group),
+            loads=tuple(loads),
+            bolts=tuple(bolt for group in bolts for bolt in group),
+            gravity_direction=file.gravity.direction,
+            gravity_horizontal=file.gravity.horizontal,
+            gravity_vertical=file.gravity.vertical,
+            contact_points=file.mesh.contact_points,
+            in_situ=ground[0] if ground else None,
+            water=water[0] if water else None,
+            flow=flow[0] if flow else None,
+            stages=tuple(stages),
+            histories=tuple(histories),
+            options=options[0],
+            title=file.title,
+        )
+        unused = unused_notes(file, model, mesh_report, bolts)
+    beside = (*beyond_usual("", "merge_tolerance", file.mesh.merge_tolerance, MERGE_TOLERANCE), *unused)
+    return _loaded(file, path, reach, model, mesh_report, beside)
+
+
+def _loaded(
+    file: ModelFile, path: Path, reach: Reach, model: Model, report: MeshReport, beside: tuple[str, ...]
+) -> LoadedModel:
+    """Return a model with what was found in its mesh, and what is to be noted beside that."""
+    assert model.options is not None
+    return LoadedModel(
+        path=path,
+        reach=reach,
+        file=file,
+        model=model,
+        options=model.options,
+        notes=(*(note.text for note in report.notes), *beside),
+        mesh_lines=(*report.lines()[1:], *(f"note: {text}" for text in beside)),
+        dangling=_dangling(report),
+    )
+
+
+@contextmanager
+def _told_of_unused_curves(report: MeshReport) -> Iterator[None]:
+    """Add to a fault that misses a boundary which curve groups the mesh has under names that say nothing."""
+    from bsm_mesh.converters import NoteKind
+
+    try:
+        yield
+    except ModelError as error:
+        texts = [note.text for note in report.notes if note.kind is NoteKind.UNKNOWN_GROUP]
+        curves = [text for text in texts if text.startswith("curve") and "no boundary" in str(error)]
+        raise ModelError([*error.faults, *curves]) from error
+
+
+def _dangling(report: MeshReport) -> dict[str, int]:
+    from bsm_mesh.converters import NoteKind
+
+    found: dict[str, int] = {}
+    for kind in (NoteKind.LOOSE, NoteKind.LOST, NoteKind.DEAD_END):
+        for name, count in report.about(kind).items():
+            if name.startswith("joint:"):
+                found[name] = found.get(name, 0) + count
+    return found
+
+
+def _collect(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:
+    """Return what the makers make; add the faults of those that cannot."""
+    made = []
+    for maker in makers:
+        try:
+            made.append(maker())
+        except ModelError as error:
+            faults.extend(error.faults)
+    return made

@@ -1,0 +1,91 @@
+"""From the model file's [[bolt]] tables to bolts: single ones and patterns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.errors import ModelError, nearest, placed
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolt_patterns import ENDS, bolts_from_table, bolts_on_curves, radial_bolts, row_of_bolts
+from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.quantities import COORDINATE, quantities_of
+from bsm_mesh.modelfile.bolt_tables import BoltTable
+from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.units import convert
+
+PLACES = ("start", "end", "radial", "row", "curve", "table")
+QUANTITIES = {  # of the columns of a table
+    **dict.fromkeys(ENDS, COORDINATE),
+    **{name: quantity for name, (quantity, _) in quantities_of(Bolt).items()},
+}
+
+
+def make_bolts(
+    table: BoltTable, place: str, blocks: Blocks, curves: Mapping[str, FloatArray], reach: Reach
+) -> list[Bolt]:
+    """Return the bolts of one table.
+
+    Parameters
+    ----------
+    table : BoltTable
+        The table.
+    place : str
+        Where it stands, for messages.
+    blocks : Blocks
+        For rows along a boundary.
+    curves : mapping of str to (n, 2, 2) float64 [m]
+        Line elements of the mesh's groups ``bolt:NAME``.
+    reach : Reach
+        Where a table may lie.
+
+    Raises
+    ------
+    ModelError
+        With what is wrong, and where.
+    """
+    given = [name for name in PLACES if getattr(table, name) is not None]
+    if given != ["start", "end"] and (len(given) != 1 or given[0] in ("start", "end")):
+        told = ", ".join(given) or "none of them"
+        raise ModelError(f"{place}: say where: start and end, or one of radial, row, curve, table; given: {told}")
+    keys = table.model_dump(exclude=set(PLACES))
+    if table.diameter is None:
+        if table.table is None:
+            raise ModelError(f"{place}: needs the key 'diameter', for example diameter = \"25 mm\"")
+        del keys["diameter"]  # the rows have it, or miss it
+    with placed(place):
+        if table.radial is not None:
+            return radial_bolts(**table.radial.model_dump(), **keys)
+        if table.row is not None:
+            return row_of_bolts(blocks, **table.row.model_dump(), **keys)
+        if table.curve is not None:
+            if table.curve not in curves:
+                raise ModelError(f"the mesh has no curve 'bolt:{table.curve}'{nearest(table.curve, curves)}")
+            return bolts_on_curves(curves[table.curve], **{**keys, "name": table.name or table.curve})
+        if table.table is not None:
+            return bolts_from_table(reach.path(table.table, "table"), _read_cell, **keys)
+        assert table.start is not None
+        assert table.end is not None
+        return [Bolt(start=table.start, end=table.end, **keys)]
+
+
+def unused_curves(curves: Mapping[str, FloatArray], tables: Iterable[BoltTable]) -> dict[str, str]:
+    """Return a sentence for every group of bolt curves in the mesh that no table names, by its name."""
+    used = {table.curve for table in tables}
+    return {
+        name: f"the bolt curve '{name}' is not used; give it a [[bolt]] with curve = \"{name}\""
+        for name in curves
+        if name not in used
+    }
+
+
+def _read_cell(name: str, text: str) -> float:
+    """Return a number in SI units, from a plain number or one with its unit."""
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    try:
+        return convert(text, QUANTITIES[name])
+    except ValueError as error:
+        raise ValueError(f"{name} = {text}: {error}") from None

@@ -1,0 +1,130 @@
+"""From the model file's mesh to blocks: a mesh file read, or a geometry built and read."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.files import scratch_folder, unnamed_file
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.quantities import UNIT_OF_LENGTH
+from bsm_mesh.modelfile.mesh_tables import MeshTable
+from bsm_mesh.modelfile.model_tables import ModelFile
+from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.units import convert
+from bsm_mesh.text.interruption import heed_again
+from bsm_mesh.text.terminal import say
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters import MeshReport
+    from bsm_mesh.converters.meshes.marks import Marks
+
+
+def read_blocks(file: ModelFile, path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
+    """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
+    from bsm_mesh.modelfile.build_marks import marks_of
+
+    mesh, groups = file.mesh, file.groups
+    if (mesh.file is None) == (mesh.geometry is None):
+        given = "neither is" if mesh.file is None else "both are"
+        raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'; {given} given")
+    if mesh.file is not None:
+        if mesh.file.endswith(".py"):
+            raise ModelError(f'{path.name}: [mesh] file is a script; write geometry = "{mesh.file}"')
+        if mesh.parameters:
+            raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
+        with placed(path.name):
+            source, marks = reach.mesh(mesh.file), marks_of(file, reach)
+        return _read(source, mesh, groups, marks, path.name)
+    name = str(mesh.geometry)
+    with placed(path.name):
+        geometry, marks = reach.geometry(name), marks_of(file, reach)
+    with scratch_folder() as folder:
+        target = folder / "mesh.msh"
+        try:
+            build_geometry(geometry, target, mesh.parameters)
+            return _read(target, mesh, groups, marks, path.name)
+        except ModelError as error:  # the name of the temporary file says nothing to the user
+            raise ModelError([fault.replace(str(target), f"mesh.msh of {name}") for fault in error.faults]) from error
+
+
+def _read(
+    path: Path, mesh: MeshTable, groups: dict[str, str], marks: Marks | None, model_file: str
+) -> tuple[Blocks, MeshReport]:
+    from bsm_mesh.converters import read_mesh
+
+    try:
+        scale = convert(f"1 {mesh.unit}", UNIT_OF_LENGTH)
+    except ValueError as error:
+        raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
+    with placed(model_file) if marks is not None else nullcontext():
+        return read_mesh(
+            path,
+            groups=groups,
+            merge_tolerance=mesh.merge_tolerance,
+            unit_scale=scale,
+            blocks=mesh.blocks,
+            marks=marks,
+        )
+
+
+def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:
+    """Write the mesh of a geometry; what it prints goes to stderr, since stdout is the results'.
+
+    Raises
+    ------
+    ModelError
+        For an unknown geometry or parameter, and for whatever a user's script raises.
+    """
+    from bsm_mesh.geometries.cases import find_case
+
+    with geometry_faults(), stdout_to_stderr():
+        found = find_case(case)
+        if "path" in parameters:
+            raise ModelError(f"{found.name}: there is no parameter 'path': the mesh is written where it is needed")
+        try:
+            found.build(path, **parameters)
+        finally:
+            heed_again()
+
+
+@contextmanager
+def stdout_to_stderr() -> Iterator[None]:
+    """Lead what is printed on stdout to stderr, also what Gmsh prints past Python, its hundreds of Info lines aside."""
+    if sys.stdout is not None:
+        sys.stdout.flush()
+    with unnamed_file() as printed:
+        try:
+            kept = os.dup(1)
+        except OSError:  # no such thing as stdout
+            kept = None
+        if kept is not None:
+            os.dup2(printed.fileno(), 1)
+        try:
+            with redirect_stdout(sys.stderr):
+                yield
+        finally:
+            if kept is not None:
+                os.dup2(kept, 1)
+                os.close(kept)
+            printed.seek(0)
+            lines = printed.read().decode(errors="replace").splitlines()
+            for line in lines:
+                if not line.startswith("Info "):
+                    say(line, err=True)
+
+
+@contextmanager
+def geometry_faults() -> Iterator[None]:
+    """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
+    from bsm_mesh.geometries.errors import GeometryError
+
+    try:
+        yield
+    except GeometryError as error:
+        raise ModelError(error.faults) from error

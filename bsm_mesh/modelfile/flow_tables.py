@@ -1,0 +1,115 @@
+"""The model file's tables of flow in the joints, and what they make."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from bsm_mesh.errors import placed
+from bsm_mesh.model import quantities as q
+from bsm_mesh.model.flow import OF_WATER, Coupling, Drain, Flow, FlowChange, Grout, Well
+from bsm_mesh.model.water import WATER
+from bsm_mesh.modelfile.mesh_tables import Table
+from bsm_mesh.modelfile.units import In, Point
+
+
+class DrainTable(Table):
+    """A drain: a hole that lets water out of all joints it crosses."""
+
+    start: Point
+    end: Point
+    level: Annotated[float, In(q.COORDINATE)] | None = Field(
+        default=None, description="of the water that stands in it; default: open to the air all along"
+    )
+
+
+class WellTable(Table):
+    """A well, in the nearest joint."""
+
+    point: Point
+    discharge: Annotated[float, In(q.DISCHARGE)] = Field(
+        description="taken out per metre of thickness, m2/s, or as much as flows to it; negative: put in"
+    )
+
+
+class GroutTable(Table):
+    """A region in which joints are grouted."""
+
+    polygon: list[Point] = Field(description="its corners")
+    aperture: Annotated[float, In(q.APERTURE)] = Field(default=0.0, description="of grouted joints; 0: sealed")
+
+
+class FlowPartsTable(Table):
+    """What lets water in or out, and what keeps it."""
+
+    head: dict[str, Annotated[float, In(q.COORDINATE)]] = Field(
+        default_factory=dict, description="level of the water at boundaries, by name"
+    )
+    seepage: list[str] = Field(default_factory=list, description="boundaries that are open to the air")
+    drain: list[DrainTable] = Field(default_factory=list)
+    well: list[WellTable] = Field(default_factory=list)
+    grout: list[GroutTable] = Field(default_factory=list)
+
+
+class FlowChangeTable(FlowPartsTable):
+    """What a stage changes of the flow; all else stays."""
+
+    closed: list[str] = Field(default_factory=list, description="boundaries that let no water through from now on")
+
+
+class FlowTable(FlowPartsTable):
+    """Steady flow of water in the joints."""
+
+    unit_weight: Annotated[float, In(q.WATER_WEIGHT)] = WATER
+    viscosity: Annotated[float, In(q.VISCOSITY)] = Field(default=OF_WATER, description="dynamic")
+    coupling: Coupling = Field(default="two_way", description="one_way: apertures are as given, whatever blocks do")
+    tolerance: Annotated[float, In(q.FLOW_TOLERANCE)] = Field(
+        default=1e-4, description="pressures change by less in the last turn, over the greatest"
+    )
+    max_rounds: Annotated[int, In(q.ROUNDS)] = Field(default=50, description="turns before a stage is not converged")
+
+
+def make_flow(table: FlowTable) -> Flow:
+    """Return the flow in the joints."""
+    with placed("[flow]"):
+        others = table.model_dump(exclude=set(FlowPartsTable.model_fields))
+        return Flow(**_parts(table), **others)
+
+
+def make_flow_change(table: FlowChangeTable, place: str) -> FlowChange:
+    """Return what a stage changes of the flow."""
+    with placed(place):
+        return FlowChange(**_parts(table), closed=tuple(table.closed))
+
+
+def _parts(table: FlowPartsTable) -> dict[str, Any]:
+    return {
+        "head": table.head,
+        "seepage": tuple(table.seepage),
+        "drains": tuple(Drain(**drain.model_dump()) for drain in table.drain),
+        "wells": tuple(Well(**well.model_dump()) for well in table.well),
+        "grout": tuple(Grout(**{**grout.model_dump(), "polygon": tuple(grout.polygon)}) for grout in table.grout),
+    }
+
+
+def flow_content(flow: Flow | FlowChange) -> dict[str, Any]:
+    """Return the table of a model file that makes a flow, or a change of it."""
+    parts: dict[str, Any] = {
+        "head": dict(flow.head),
+        "seepage": list(flow.seepage),
+        "drain": [_given(start=list(d.start), end=list(d.end), level=d.level) for d in flow.drains],
+        "well": [{"point": list(well.point), "discharge": well.discharge} for well in flow.wells],
+        "grout": [
+            {"polygon": [list(corner) for corner in grout.polygon], "aperture": grout.aperture} for grout in flow.grout
+        ],
+    }
+    if isinstance(flow, FlowChange):
+        return {key: value for key, value in (parts | {"closed": list(flow.closed)}).items() if value}
+    settings = ("unit_weight", "viscosity", "coupling", "tolerance", "max_rounds")
+    given = {key: value for key, value in parts.items() if value}
+    return given | {name: getattr(flow, name) for name in settings}
+
+
+def _given(**values: Any) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if value is not None}

@@ -1,0 +1,97 @@
+"""What the model file says of the mesh: where it comes from, boundaries by place, lines laid over it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
+
+from bsm_mesh.model import quantities as q
+from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.model.model import ContactPoints
+from bsm_mesh.modelfile.units import LINES_SCHEMA, In, Point, lines_of
+
+
+def _path_text(value: str) -> str:
+    if not value or "\0" in value:
+        raise ValueError("must be the name of a file or folder")
+    return value
+
+
+PathText = Annotated[str, AfterValidator(_path_text)]
+
+
+def _finite(value: Any) -> Any:
+    """Refuse numbers in a value that are infinite or none: no size of a geometry is."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError("must be a finite number")
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        _finite(part)
+    return value
+
+
+class Table(BaseModel):
+    """A table of the file; a key that it does not know is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class MeshTable(Table):
+    """Where the blocks come from."""
+
+    file: PathText | None = Field(
+        default=None, description="mesh file, any format that meshio reads; relative to this file"
+    )
+    geometry: PathText | None = Field(
+        default=None, description="a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
+    )
+    parameters: dict[str, Annotated[Any, AfterValidator(_finite)]] = Field(
+        default_factory=dict, description="parameters of the geometry"
+    )
+    unit: str = Field(default="m", description="unit of length of the mesh")
+    merge_tolerance: Annotated[float, In(q.MERGE_TOLERANCE)] = Field(
+        default=MERGE_TOLERANCE, description="nodes nearer than this are one"
+    )
+    contact_points: ContactPoints = "ends"
+    blocks: Literal["elements", "regions"] = Field(
+        default="elements", description="every element is a rigid block, or every region between joints is one"
+    )
+    default_joint: str | None = Field(default=None, description="joint of every face that bears none")
+    allow_unused: bool = Field(
+        default=False, description="true: what the file names and is nowhere in the mesh is noted, not an error"
+    )
+
+
+class LineFile(Table):
+    """A file of lines: CSV, DXF, GeoJSON, shapefile or GeoPackage."""
+
+    file: PathText = Field(description="relative to the model file")
+    set: str | None = Field(default=None, description="the set, or layer, of these lines; left out: all")
+    scale: Annotated[float, In(q.UNIT_OF_LENGTH)] | None = Field(
+        default=None, description="the file's unit of length in m; left out: the one that the file names, else 1 m"
+    )
+
+
+def _along(value: object) -> object:
+    if isinstance(value, str):
+        value = {"file": value}
+    return LineFile.model_validate(value) if isinstance(value, dict) else lines_of(value)
+
+
+Along = Annotated[
+    Any,
+    PlainValidator(_along),
+    WithJsonSchema({"anyOf": [{"type": "string"}, LineFile.model_json_schema(), LINES_SCHEMA]}),
+]
+Border = Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
+
+
+class BoundaryTable(Table):
+    """A boundary by place: edges of the rim both of whose ends are where all that is given holds."""
+
+    below: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="greatest y")
+    above: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="least y")
+    left_of: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="greatest x")
+    right_of: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="least x")
+    along: list[Point] | None = Field(default=None, description="a line along which they lie")

@@ -1,0 +1,277 @@
+"""The model file's tables: a typed schema of what may stand in it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+
+from bsm_mesh.model import quantities as q
+from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
+from bsm_mesh.model.water import WATER, Head
+from bsm_mesh.modelfile.bolt_tables import BoltTable
+from bsm_mesh.modelfile.flow_tables import FlowChangeTable, FlowTable
+from bsm_mesh.modelfile.material_tables import JointTable, RockTable
+from bsm_mesh.modelfile.mesh_tables import BoundaryTable, MeshTable, PathText, Table
+from bsm_mesh.modelfile.units import (
+    Force,
+    In,
+    Level,
+    LinearStress,
+    LinearStressPair,
+    Lines,
+    Point,
+    Region,
+    convert,
+    schema_of,
+)
+from bsm_mesh.solve.options import LinearSolverName, Scheme
+from bsm_mesh.solve.stages.falls import OnFall
+
+
+def _fix(value: object) -> object:
+    if value in ("normal", "all") or (isinstance(value, list) and value in (["x"], ["y"], ["x", "y"], ["y", "x"])):
+        return value
+    raise ValueError('must be "normal", "all", ["x"], ["y"] or ["x", "y"]')
+
+
+Fix = Annotated[
+    Literal["normal", "all"] | list[Literal["x", "y"]],
+    PlainValidator(_fix, json_schema_input_type=Literal["normal", "all"] | list[Literal["x", "y"]]),
+]
+
+
+class SupportTable(Table):
+    """A support: where (one of boundary, blocks, point) and what it holds (fix, or direction)."""
+
+    boundary: str | None = None
+    blocks: list[Annotated[int, In(q.BLOCK)]] | None = Field(default=None, min_length=1)
+    point: Point | None = None
+    fix: Fix | None = None
+    direction: Annotated[float, In(q.DIRECTION)] | None = None
+    displacement: Annotated[float, In(q.DISPLACEMENT)] | None = None
+
+
+class LoadTable(Table):
+    """A load: on a boundary (pressure, traction or the in-situ stress), or a force on a block at a point."""
+
+    boundary: str | None = None
+    in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
+    pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
+    traction: LinearStressPair | None = None
+    block: Annotated[int, In(q.BLOCK)] | None = None
+    point: Point | None = None
+    force: Force | None = None
+
+
+class GravityTable(Table):
+    """Gravity."""
+
+    direction: Annotated[float, In(q.DIRECTION)] = -90.0
+    horizontal: Annotated[float, In(q.GRAVITY_PART)] = Field(
+        default=0.0, description="part of the unit weights that pulls along +x besides: a pseudo-static earthquake"
+    )
+    vertical: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="the same, upwards")
+
+
+class StageGravityTable(Table):
+    """What pulls besides the weights from a stage on, in parts of them."""
+
+    horizontal: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="along +x")
+    vertical: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="upwards")
+
+
+RATIO_PARTS = dict(zip("abc", PARTS_OF_RATIO, strict=True))
+
+
+def _stress_ratio(value: object) -> object:
+    if isinstance(value, str) and value in STRESS_RATIOS:
+        return value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return convert(value, q.STRESS_RATIO)
+    if isinstance(value, dict) and value and set(value) <= set(RATIO_PARTS):
+        return {key: _part_of_ratio(key, part) for key, part in value.items()}
+    names = ", ".join(f'"{name}"' for name in STRESS_RATIOS)
+    raise ValueError(f"must be a number, {{a, b, c}} for K = a / h + b + c h at the depth h, or one of {names}")
+
+
+def _part_of_ratio(key: str, part: object) -> object:
+    try:
+        return convert(part, RATIO_PARTS[key])
+    except ValueError as error:
+        raise ValueError(f"{key} {error}") from None
+
+
+StressRatio = Annotated[
+    Any,
+    PlainValidator(_stress_ratio),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                schema_of(q.STRESS_RATIO),
+                {"enum": list(STRESS_RATIOS)},
+                {
+                    "type": "object",
+                    "properties": {key: schema_of(part) for key, part in RATIO_PARTS.items()},
+                    "additionalProperties": False,
+                },
+            ]
+        }
+    ),
+]
+
+
+class StressTable(Table):
+    """Components of the total stress, tension positive."""
+
+    xx: LinearStress = 0.0
+    yy: LinearStress = 0.0
+    xy: LinearStress = 0.0
+
+
+class InSituTable(Table):
+    """The ground's stress before anything is dug: a surface with k0, or a stress."""
+
+    method: InSituMethod = "direct"
+    surface: Level | None = Field(default=None, description="level of the ground, or its line from left to right")
+    surcharge: Annotated[float, In(q.PRESSURE)] = 0.0
+    k0: StressRatio = Field(default=1.0, description="horizontal over vertical total stress")
+    stress: StressTable | None = None
+
+
+class WaterTable(Table):
+    """Groundwater."""
+
+    table: Lines = Field(default=(), description="the water table from left to right, or several tables")
+    unit_weight: Annotated[float, In(q.WATER_WEIGHT)] = WATER
+    head: Head = Field(default="vertical", description="parallel: seepage parallel to the table")
+    joint_pressure: dict[str, Annotated[float, In(q.PRESSURE)]] = Field(
+        default_factory=dict, description="pressure in all faces of a joint"
+    )
+
+
+class StageTable(Table):
+    """A stage: what is taken away, put back and changed."""
+
+    name: str
+    excavate: list[Region] = Field(default_factory=list, description="groups, block numbers, polygons")
+    fill: list[Region] = Field(default_factory=list, description="blocks taken away before")
+    relaxation: list[Annotated[float, In(q.RELAXATION)]] = Field(
+        default=[1.0], description="parts of the former forces released, one by one"
+    )
+    pressure: Annotated[float, In(q.STRESS)] = Field(
+        default=0.0, description="on newly excavated faces, into the blocks"
+    )
+    water: WaterTable | None = None
+    flow: FlowChangeTable | None = Field(default=None, description="what changes of the flow in the joints")
+    load: list[LoadTable] = Field(default_factory=list)
+    strength: dict[str, Annotated[float, In(q.STRENGTH_FACTOR)]] = Field(
+        default_factory=dict,
+        description='part of the given strength from here on, by joint; "*": all others; "rock:NAME": faces of a rock',
+    )
+    gravity: StageGravityTable | None = Field(
+        default=None, description="pseudo-static earthquake from here on; default: as before"
+    )
+
+
+OneOrSeveral = Annotated[
+    list[PathText],
+    BeforeValidator(
+        lambda value: [value] if isinstance(value, str) else value, json_schema_input_type=str | list[PathText]
+    ),
+]
+
+
+class HistoryTable(Table):
+    """What is recorded at every step: exactly one of point, line, block, joint, bolt."""
+
+    name: str = Field(description="the file is history_NAME.csv: letters, digits and _ . + -")
+    point: Point | None = Field(default=None, description="displacement of a point")
+    line: list[Point] | None = Field(
+        default=None, description="extensometer: growth of the distance of each further point from the first"
+    )
+    block: Annotated[int, In(q.BLOCK)] | None = Field(default=None, description="displacement and rotation of a block")
+    joint: str | None = Field(default=None, description="mean slip and opening, share at strength and share open")
+    bolt: str | None = Field(default=None, description="greatest axial force of the bolt of this name")
+    measured: OneOrSeveral = Field(
+        default_factory=list, description="tables (CSV) of values to be set beside it, relative to the model file"
+    )
+
+
+class SolverTable(Table):
+    """How to solve."""
+
+    scheme: Scheme = "continuation"
+    tolerance: Annotated[float, In(q.TOLERANCE)] = Field(
+        default=1e-6, description="forces balance to this part of the greatest of mean weight, load, force at the start"
+    )
+    max_steps: Annotated[int, In(q.STEPS)] = Field(
+        default=500, description="steps, or cycles of wang, before it gives up"
+    )
+    displacement_limit: Annotated[float, In(q.DISPLACEMENT_LIMIT)] | None = Field(
+        default=None, description="unstable beyond; default: the model's size"
+    )
+    sliding_stiffness: Annotated[float, In(q.PART)] = Field(
+        default=1e-6, description="wang: least part of their shear stiffness that sliding contacts keep in the matrix"
+    )
+    linear_solver: LinearSolverName = "auto"
+    threads: Annotated[int, In(q.THREADS)] = 0
+
+
+class FallsTable(Table):
+    """What is done with blocks that come down."""
+
+    ignore_below: Annotated[float, In(q.SHARE)] = Field(
+        default=0.01, description="smaller blocks, by their share of the mean area, are taken away when loose"
+    )
+    on_fall: OnFall = Field(default="stop", description="remove: whatever comes down is taken away, the others go on")
+
+
+class OutputTable(Table):
+    """Where results go."""
+
+    folder: PathText | None = Field(
+        default=None, description="relative to the model file; default: out/NAME for the model file NAME.toml"
+    )
+    snapshots: Literal["stages", "steps"] = Field(
+        default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
+    )
+    tables: bool | Literal["csv", "parquet"] = Field(
+        default=False, description="blocks, contacts, supports and joints as tables too: as CSV (true) or Parquet"
+    )
+    compression: Literal["zlib", "lz4"] = Field(
+        default="zlib", description="of the VTU files: zlib is read by everything, lz4 is quicker and read by VTK only"
+    )
+
+
+class ReportTable(Table):
+    """The head of reports."""
+
+    project: str = ""
+    author: str = ""
+    date: str = Field(default="", description="as it is to stand there")
+
+
+class ModelFile(Table):
+    """A bsm-mesh model file. Numbers are SI, angles in degrees; a text bears its unit: "6.89 GPa"."""
+
+    schema_version: Literal[1] = Field(default=1, description="form of this file; one that is newer is refused")
+    title: str = ""
+    mesh: MeshTable
+    groups: dict[str, str] = Field(default_factory=dict, description='mesh group = "kind:name"; "*": all others')
+    rock: dict[str, RockTable] = Field(min_length=1)
+    joint: dict[str, JointTable] = Field(default_factory=dict)
+    boundary: dict[str, BoundaryTable] = Field(default_factory=dict, description="boundaries by place")
+    support: list[SupportTable] = Field(default_factory=list)
+    load: list[LoadTable] = Field(default_factory=list)
+    bolt: list[BoltTable] = Field(default_factory=list)
+    gravity: GravityTable = Field(default_factory=GravityTable)
+    in_situ: InSituTable | None = None
+    water: WaterTable | None = None
+    flow: FlowTable | None = Field(default=None, description="steady flow in the joints, instead of water")
+    stage: list[StageTable] = Field(default_factory=list)
+    history: list[HistoryTable] = Field(default_factory=list)
+    solver: SolverTable = Field(default_factory=SolverTable)
+    falls: FallsTable = Field(default_factory=FallsTable)
+    output: OutputTable = Field(default_factory=OutputTable)
+    report: ReportTable = Field(default_factory=ReportTable)

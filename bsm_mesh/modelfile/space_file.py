@@ -1,0 +1,239 @@
+"""From a model file of three dimensions to polyhedral blocks, rocks and joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from bsm_mesh.modelfile.build_parts import make_joint, make_rock
+from bsm_mesh.modelfile.model_file import read_toml, sentences
+from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_tables import (
+    BodyTable,
+    DistributionTable,
+    JointPlaneTable,
+    JointSetTable,
+    SlopeTable,
+    SpaceFile,
+)
+from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+
+if TYPE_CHECKING:
+    from bsm_mesh.geometries.three_d import Excavation, JointPlane, JointSet, Opening
+
+SLOPE = "slope"  # boundary along it
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadedSpace:
+    """A model of three dimensions as its file describes it.
+
+    Attributes
+    ----------
+    path : Path
+        The model file.
+    file : SpaceFile
+        Its content.
+    blocks : Polyhedra
+        The blocks.
+    rocks, joints : tuple of Rock, of Joint
+        Their materials.
+    output_folder : Path
+        Where the file says that results go.
+    """
+
+    path: Path
+    file: SpaceFile
+    blocks: Polyhedra
+    rocks: tuple[Rock, ...]
+    joints: tuple[Joint, ...]
+    output_folder: Path
+
+
+def load_space_file(path: Path) -> LoadedSpace:
+    """Return the blocks and materials of a model file of three dimensions.
+
+    Raises
+    ------
+    ModelError
+        With every fault of the file, or of the rock that it describes.
+    """
+    file = read_space_file(path)
+    faults: list[str] = []
+    rocks = _made(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
+    joints = _made(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
+    sets = _made(faults, [partial(_joint_set, table) for table in file.joint_set])
+    sets += _made(faults, [partial(_joint_plane, table) for table in file.joint_plane])
+    bodies = _made(faults, [partial(_excavation, table) for table in file.excavation])
+    bodies += _made(faults, [] if file.slope is None else [partial(_slope, file.slope)])
+    folder = Reach(folder=path.parent, scripts=True).output(file.output.folder or f"out/{path.stem}")
+    raise_faults([f"{path.name}: {fault}" for fault in [*faults, *_name_faults(file)]])
+    try:
+        blocks = _cut(file, sets, bodies)
+    except ModelError as error:
+        raise ModelError([f"{path.name}: {fault}" for fault in error.faults]) from error
+    return LoadedSpace(
+        path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints), output_folder=folder
+    )
+
+
+def read_space_file(path: Path) -> SpaceFile:
+    """Return the content of a model file of three dimensions.
+
+    Raises
+    ------
+    ModelError
+        If it is one of the plane, or with every key and value that is wrong.
+    """
+    content = read_toml(path, "model file")
+    if "dimensions" not in content:
+        raise ModelError(
+            f"{path.name}: is a model of the plane; key blocks are found in rock of three dimensions: write "
+            "dimensions = 3, and [mesh] with a box"
+        )
+    try:
+        return SpaceFile.model_validate(content)
+    except ValidationError as error:
+        raise ModelError([f"{path.name}: {text}" for text in dict.fromkeys(sentences(error, SpaceFile))]) from None
+
+
+def _name_faults(file: SpaceFile) -> list[str]:
+    """Return a sentence for every name that leads nowhere."""
+    named = {"[[joint_set]]": [t.name for t in file.joint_set], "[[joint_plane]]": [t.name for t in file.joint_plane]}
+    used = {*named["[[joint_set]]"], *named["[[joint_plane]]"], file.mesh.default_joint}
+    faults = [
+        f"{kind} '{name}': there is no [joint.{name}]{nearest(name, file.joint)}"
+        for kind, given in named.items()
+        for name in dict.fromkeys(given)
+        if name not in file.joint
+    ]
+    faults += [
+        f"[joint.{name}]: no [[joint_set]] or [[joint_plane]] has that name; leave it out, or give one"
+        for name in file.joint
+        if name not in used
+    ]
+    faults += [
+        f"[joint.{name}]: along and between lay joints into a mesh of the plane; give [[joint_set]] or [[joint_plane]]"
+        for name, table in file.joint.items()
+        if table.along is not None or table.between is not None
+    ]
+    if file.mesh.rock is None and len(file.rock) > 1:
+        faults.append(f"[mesh]: name the rock of the box: rock = one of {', '.join(map(repr, file.rock))}")
+    elif file.mesh.rock is not None and file.mesh.rock not in file.rock:
+        faults.append(f"[mesh] rock: there is no [rock.{file.mesh.rock}]{nearest(file.mesh.rock, file.rock)}")
+    if not (file.excavation or file.slope or file.key_blocks.free):
+        faults.append("nothing is free: give [[excavation]], [slope] or [key_blocks] free")
+    return faults
+
+
+def _made(faults: list[str], makers: list[Callable[[], Any]]) -> list[Any]:
+    """Return what is made, and add the faults of what cannot be."""
+    from bsm_mesh.geometries import GeometryError
+
+    made = []
+    for maker in makers:
+        try:
+            made.append(maker())
+        except (ModelError, GeometryError) as error:
+            faults.extend(error.faults)
+    return made
+
+
+def _cut(file: SpaceFile, joints: list[Any], bodies: list[Any]) -> Polyhedra:
+    from bsm_mesh.geometries import GeometryError
+    from bsm_mesh.geometries.three_d import RockMass, cut_cells
+
+    low, high = file.mesh.box
+    name = file.mesh.rock or next(iter(file.rock))
+    try:
+        rock = RockMass(box=(low, high), joints=joints, bodies=bodies, rock=name, seed=file.mesh.seed)
+        return Polyhedra.from_cells(cut_cells(rock))
+    except GeometryError as error:
+        raise ModelError(error.faults) from error
+
+
+def _law(value: float | DistributionTable | None, thing: str) -> Any:
+    """Return a number, or a distribution of spacings or radii."""
+    from bsm_mesh.geometries import Exponential, Lognormal, Normal
+
+    if not isinstance(value, DistributionTable):
+        return value
+    if (value.law == "exponential") != (value.deviation is None):
+        needs = "has no deviation; leave it out" if value.law == "exponential" else "needs a deviation [m]"
+        raise ModelError(f"{thing}: law '{value.law}' {needs}")
+    if value.deviation is None:
+        return Exponential(value.mean)
+    return (Normal if value.law == "normal" else Lognormal)(value.mean, value.deviation)
+
+
+def _joint_set(table: JointSetTable) -> JointSet:
+    from bsm_mesh.geometries.three_d import JointSet
+
+    thing = f"[[joint_set]] '{table.name}'"
+    return JointSet(
+        name=table.name,
+        dip=table.dip,
+        dip_direction=table.dip_direction,
+        spacing=_law(table.spacing, f"{thing} spacing"),
+        density=table.density,
+        radius=_law(table.radius, f"{thing} radius"),
+        origin=table.origin,
+        scatter=None if table.scatter is None else table.scatter.fisher,
+        persistence=table.persistence,
+    )
+
+
+def _joint_plane(table: JointPlaneTable) -> JointPlane:
+    from bsm_mesh.geometries.three_d import JointPlane
+
+    return JointPlane(**table.model_dump())
+
+
+def _excavation(table: BodyTable) -> Excavation:
+    from bsm_mesh.geometries.orientations import line_directions
+    from bsm_mesh.geometries.three_d import Excavation, prism
+
+    thing = f"[[excavation]] '{table.name}'"
+    if len(table.polygon) != 1:
+        raise ModelError(f"{thing}: polygon must be one outline, [[x, z], ...]")
+    if (table.start is None) != (table.end is None) or (
+        table.start is not None and table.end is not None and table.end <= table.start
+    ):
+        raise ModelError(f"{thing}: from and to go together, and `to` lies beyond `from`")
+    origin, length = np.array(table.origin), None
+    if table.start is not None and table.end is not None:
+        along = line_directions(np.array([table.axis.trend]), np.array([table.axis.plunge]))[0]
+        origin, length = origin + table.start * along, table.end - table.start
+    body = prism(
+        table.polygon[0],
+        trend=table.axis.trend,
+        plunge=table.axis.plunge,
+        origin=tuple(origin.tolist()),
+        length=length,
+    )
+    return Excavation(body=body, name=table.name)
+
+
+def _slope(table: SlopeTable) -> Opening:
+    from bsm_mesh.geometries.three_d import Opening, slope
+
+    if table.face.dip_direction is None:
+        raise ModelError("[slope]: face needs the key 'dip_direction' [degrees]")
+    top = table.top
+    body = slope(
+        toe=table.toe,
+        dip=table.face.dip,
+        dip_direction=table.face.dip_direction,
+        height=table.height,
+        top_dip=0.0 if top is None else top.dip,
+        top_direction=None if top is None else top.dip_direction,
+    )
+    return Opening(body=body, boundary=SLOPE)

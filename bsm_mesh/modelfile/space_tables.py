@@ -1,0 +1,151 @@
+"""The tables of a model file of three dimensions: rock in a box, joints, excavations, a slope, key blocks."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, WithJsonSchema
+
+from bsm_mesh.modelfile.material_tables import JointTable, RockTable
+from bsm_mesh.modelfile.mesh_tables import Table
+from bsm_mesh.modelfile.model_tables import OutputTable
+from bsm_mesh.modelfile.units import In, Lines, convert, schema_of
+from bsm_mesh.model import quantities as q
+
+
+def _vector(value: object) -> tuple[float, float, float]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("needs three numbers [x, y, z] in m: east, north, up")
+    x, y, z = (convert(part, q.COORDINATE) for part in value)
+    return x, y, z
+
+
+_VECTOR = {"type": "array", "items": schema_of(q.COORDINATE), "minItems": 3, "maxItems": 3}
+Vector = Annotated[Any, PlainValidator(_vector), WithJsonSchema(_VECTOR)]
+Angle = Annotated[float, In(q.DIRECTION)]
+Dip = Annotated[float, In(q.DIP)]
+Length = Annotated[float, In(q.JOINT_SPACING)]
+
+
+class DistributionTable(Table):
+    """A distribution of spacings or radii."""
+
+    law: Literal["normal", "lognormal", "exponential"]
+    mean: Length
+    deviation: Length | None = Field(default=None, description="standard deviation; of normal and lognormal")
+
+
+class ScatterTable(Table):
+    """Scatter of a joint set's orientation."""
+
+    fisher: Annotated[float, In(q.FISHER)] = Field(description="Fisher's constant: 20 is wide, 200 narrow")
+
+
+class RockBoxTable(Table):
+    """The rock: a box, x east, y north, z up."""
+
+    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] = Field(
+        description="lower south-west and upper north-east corner"
+    )
+    rock: str | None = Field(default=None, description="its rock; the only one where there is one")
+    default_joint: str | None = Field(default=None, description="joint of faces between blocks that bear none")
+    seed: Annotated[int, In(q.SEED)] = Field(default=0, description="of the random numbers")
+
+
+class JointSetTable(Table):
+    """A set of joints: planes at a spacing, or discs by their area a volume."""
+
+    name: str
+    dip: Dip
+    dip_direction: Angle = Field(description="clockwise from north")
+    spacing: Length | DistributionTable | None = None
+    density: Annotated[float, In(q.JOINT_DENSITY)] | None = Field(
+        default=None, description="area of joints a volume; with radius"
+    )
+    radius: Length | DistributionTable | None = Field(default=None, description="of the discs")
+    origin: Vector | None = Field(default=None, description="a point on one of the planes")
+    scatter: ScatterTable | None = None
+    persistence: Annotated[float, In(q.PART)] = Field(
+        default=1.0, description="part of the cells crossed by a plane that it cuts, chosen at random"
+    )
+
+
+class JointPlaneTable(Table):
+    """A single joint, or a disc."""
+
+    name: str
+    dip: Dip
+    dip_direction: Angle = Field(description="clockwise from north")
+    point: Vector = Field(description="on the plane; the centre of a disc")
+    radius: Length | None = Field(default=None, description="of a disc")
+
+
+class AxisTable(Table):
+    """Direction of an axis."""
+
+    trend: Angle = Field(default=0.0, description="clockwise from north")
+    plunge: Angle = Field(default=0.0, description="downwards from the level")
+
+
+class BodyTable(Table):
+    """A tunnel, cavern or shaft: a profile along an axis."""
+
+    name: str
+    polygon: Lines = Field(description="outline across the axis: to the right as one looks along it, and up")
+    axis: AxisTable = Field(default_factory=AxisTable)
+    origin: Vector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis")
+    start: Annotated[float, In(q.COORDINATE)] | None = Field(
+        default=None,
+        alias="from",
+        description="where it begins along the axis; without from and to it goes through",
+    )
+    end: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, alias="to", description="where it ends")
+
+
+class SlopeFaceTable(Table):
+    """Dip and dip direction of a slope's face or top."""
+
+    dip: Dip
+    dip_direction: Angle | None = None
+
+
+class SlopeTable(Table):
+    """A rock slope: the air in front of it and above it is taken away."""
+
+    toe: Vector = Field(description="a point at the foot of the face; the ground before it is level")
+    face: SlopeFaceTable
+    height: Length = Field(description="of the crest over the toe, straight up the face")
+    top: SlopeFaceTable | None = Field(default=None, description="of the ground above the crest; level by default")
+
+
+class KeyBlocksTable(Table):
+    """What is asked of the key blocks."""
+
+    required: Annotated[float, In(q.REQUIRED_FACTOR)] = Field(
+        default=1.0, description="factor that the support pressure brings"
+    )
+    rounds: Annotated[int, In(q.ROUNDS)] = Field(default=1, description="rounds; what comes down is taken away in each")
+    free: list[str] = Field(default_factory=list, description="sides of the box that are free: top, east, ...")
+    gravity: Annotated[list[Annotated[float, In(q.GRAVITY_PART)]], Field(min_length=3, max_length=3)] | None = Field(
+        default=None, description="force over weight [east, north, up]; [0, 0, -1] by default"
+    )
+    joint_pressure: dict[str, Annotated[float, In(q.PRESSURE)]] = Field(
+        default_factory=dict, description="water pressure on the faces of joints, by their names"
+    )
+
+
+class SpaceFile(Table):
+    """A model file of three dimensions. Numbers are SI, angles in degrees; a text bears its unit."""
+
+    schema_version: Literal[1] = 1
+    dimensions: Literal[3]
+    title: str = ""
+    mesh: RockBoxTable
+    rock: dict[str, RockTable] = Field(min_length=1)
+    joint: dict[str, JointTable] = Field(default_factory=dict)
+    joint_set: list[JointSetTable] = Field(default_factory=list)
+    joint_plane: list[JointPlaneTable] = Field(default_factory=list)
+    excavation: list[BodyTable] = Field(default_factory=list)
+    slope: SlopeTable | None = None
+    key_blocks: KeyBlocksTable = Field(default_factory=KeyBlocksTable)
+    output: OutputTable = Field(default_factory=OutputTable)

@@ -1,0 +1,1 @@
+"""Pages: the report, the page to explore, the script for ParaView, summaries in a notebook."""

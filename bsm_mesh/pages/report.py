@@ -1,0 +1,117 @@
+"""The command ``report``: results, a factor of safety or a study as one page to be filed or printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.files import write_text
+from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.own_files import SUMMARY
+from bsm_mesh.folder.safety_files import ANSWER
+from bsm_mesh.folder.storage import damage_told
+from bsm_mesh.pages.report_answers import is_study, safety_beside, safety_content, study_content
+from bsm_mesh.pages.report_results import content_of, picture_data
+from bsm_mesh.pictures.plot import draw_in_subprocess
+from bsm_mesh.text.headings import PICTURES_FOLDER
+from bsm_mesh.text.terminal import say
+
+REPORT, TEMPLATE = "report.html", "report.html.j2"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportFields:
+    """The head of a report. Empty fields take the values of ``[report]`` in the model or study file.
+
+    Attributes
+    ----------
+    project, author, date : str
+        As they are to stand there.
+    picture : Path or None
+        An overview of one's own, PNG; by default the picture of the model.
+    """
+
+    project: str = ""
+    author: str = ""
+    date: str = ""
+    picture: Path | None = None
+
+
+def write_report(
+    out: Path, *, pictures: bool = True, fields: ReportFields | None = None, safety: Path | None = None
+) -> Path:
+    """Write the report of a folder into it and return its path.
+
+    Parameters
+    ----------
+    out : Path
+        The folder of a run, of a factor of safety or of a study.
+    pictures : bool
+        Whether its pictures are drawn where they are missing.
+    fields : ReportFields, optional
+        Project, author, date and overview picture.
+    safety : Path, optional
+        The folder of the factor of safety for the first page of a run's report; by default ``OUT-safety`` if it
+        belongs to the same model.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds nothing to report, or it is damaged, or the pictures cannot be drawn.
+    """
+    from jinja2 import Environment
+
+    chosen = fields or ReportFields()
+    added = AddedFiles(out) if not is_study(out) else None
+    with damage_told(out):
+        content = _content(out, pictures=pictures, safety=safety)
+    content["fields"] = _fields(chosen, content["fields"])
+    if chosen.picture is not None:
+        content["overview"] = _overview(chosen.picture)
+    template = resources.files("bsm_mesh.pages").joinpath(TEMPLATE).read_text(encoding="utf-8")
+    page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(template).render(**content)
+    if added is None:
+        write_text(out / REPORT, page)
+    else:
+        with added.file(REPORT) as draft:
+            write_text(draft, page)
+    say(out / REPORT)
+    return out / REPORT
+
+
+def _content(out: Path, *, pictures: bool, safety: Path | None) -> dict[str, Any]:
+    """Return what the page shows: the answer first, then the results on which it rests."""
+    if is_study(out):
+        return study_content(out)
+    if (out / ANSWER).is_file():
+        answer = safety_content(out)
+        state = next((out / name for name in answer["states"] if (out / name / SUMMARY).is_file()), None)
+        results = {} if state is None else _results(state, pictures=pictures)
+        heading = f"{answer['answer']} ({answer['state_shown']})" if state is not None else answer["answer"]
+        return {**results, "title": answer["title"], "heading": heading, "fields": answer["fields"], "safety": answer}
+    content = _results(out, pictures=pictures)
+    beside = safety_beside(out, content["model_hash"]) if safety is None else safety
+    return content if beside is None else {**content, "safety": safety_content(beside)}
+
+
+def _results(out: Path, *, pictures: bool) -> dict[str, Any]:
+    if pictures and not list((out / PICTURES_FOLDER).glob("*.png")):
+        draw_in_subprocess(out)
+    return content_of(out)
+
+
+def _fields(given: ReportFields, known: Mapping[str, Any]) -> dict[str, str]:
+    """Return the fields that are not empty: as given, else as in the file."""
+    named = {name: value for name, value in asdict(given).items() if name != "picture"}
+    found = {name: str(value or known.get(name, "")) for name, value in named.items()}
+    return {name: value for name, value in found.items() if value}
+
+
+def _overview(picture: Path) -> str:
+    if picture.suffix.lower() != ".png" or not picture.is_file():
+        raise ModelError(f"report: --picture {picture}: give a PNG file")
+    return picture_data(picture)

@@ -1,0 +1,232 @@
+"""What a report shows of a results folder; every number is of the results."""
+
+from __future__ import annotations
+
+import base64
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError, counted, named_stage, numbered, place
+from bsm_mesh.folder.storage import SavedResults, load_results
+from bsm_mesh.folder.verify import grounds_in
+from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.joint_laws import LAWS
+from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.quantities import quantities_of
+from bsm_mesh.model.water import Water
+from bsm_mesh.modelfile.model_text import MODEL
+from bsm_mesh.reading import refuse_special
+from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
+from bsm_mesh.text.beside_tables import HEADER as BESIDE_HEADER
+from bsm_mesh.text.beside_tables import beside_rows
+from bsm_mesh.text.flow_text import flow_rows, how_solved
+from bsm_mesh.text.headings import PICTURES_FOLDER, heading
+from bsm_mesh.text.quality import Thresholds, poor_blocks
+from bsm_mesh.text.tables import FALL_HEADER, bolt_rows, engineering, fall_rows, falling, vector
+
+ASSUMPTIONS = (
+    "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
+    "Blocks are rigid; rock and joints deform in the springs of their contacts (Wang 1992).",
+    "Joints slip and open by their laws, and bear no tension beyond the strength that is given.",
+    "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or come down.",
+)
+PNG = b"\x89PNG\r\n\x1a\n"  # how every such file begins
+OVERVIEW = "model"  # the picture on the first page
+EARLIER = ("displacement", "joints_state", "bolts")  # what the page shows of stages before the last
+QUANTITIES_OF: dict[str, tuple[type, ...]] = {
+    "rock": (Rock,),
+    "joint": (Joint, *LAWS.values()),
+    "bolt": (Bolt,),
+    "in situ": (InSitu,),
+    "water": (Water,),
+}
+OF_STAGE = re.compile(r"(.+)_stage_(\d+)")  # a picture of such a stage
+Rows = list[tuple[str, ...]]
+
+
+def content_of(out: Path) -> dict[str, Any]:
+    """Return the results part of the page."""
+    saved, results = SavedResults(out), load_results(out)
+    told = saved.told
+    grounds = {ground.stage: ground for ground in grounds_in(out)}
+    model = saved.content(MODEL).decode("utf-8") if MODEL in saved else ""
+    return {
+        "title": told["title"] or out.name,
+        "fields": tomllib.loads(model).get("report", {}) if model else {},
+        "heading": heading(told),
+        "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
+        "fall_header": FALL_HEADER,
+        "falls": fall_rows(results),
+        "beside_header": BESIDE_HEADER,
+        "beside": beside_rows(results),
+        "facts": _facts(results),
+        "assumptions": ASSUMPTIONS,
+        "input": _input(model),
+        "model": model,
+        "quality": _quality(results),
+        **_pictures(out, [stage.name for stage in results.stages]),
+        "versions": {**told["versions"], "linear solver": told["linear_solver"]},
+        "model_hash": told["model_hash"],
+        "files": [(name, f"{listed['bytes']}", listed["sha256"]) for name, listed in told["files"].items()],
+    }
+
+
+def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
+    """Return what the page tells of a stage."""
+    from bsm_mesh.results.movement import verdict_in_words
+
+    blocks = results.blocks
+    moved = np.hypot(*stage.stage_displacement[:, :2].T) * stage.counts
+    most = int(moved.argmax())
+    at = place(blocks.moments.centroid[most].round(2))  # to the centimetre
+    rows: Rows = [
+        ("verdict", verdict_in_words(blocks, stage)),
+        ("why", stage.reason),
+        ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"),
+        ("blocks, contacts", f"{int(stage.present.sum())}, {len(stage.contacts.length)}"),
+        (
+            "moved most in this stage",
+            f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}",
+        ),
+        ("greatest displacement in all", engineering(stage.max_displacement, "m")),
+        ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
+        ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
+        ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
+    ]
+    if stage.unstable_blocks.size:
+        rows.insert(2, ("comes down", f"{falling(results, stage)}: {numbered('block', stage.unstable_blocks)}"))
+    if len(stage.water_table) or stage.water.any():
+        rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+    rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]
+    if stage.flow is not None:
+        met = np.bincount(stage.flow.place[stage.flow.place >= 0], minlength=len(stage.flow.places)).tolist()
+        named = zip(stage.flow.places, met, strict=True)
+        rows += [
+            ("joints end at", "; ".join(f"{name}: {counted(number, 'point')}" for name, number in named)),
+            ("flow", how_solved(stage.flow)),
+        ]
+    if stage.bolts.count:
+        rows += bolt_rows(stage.bolts)
+    return {
+        "name": stage.name,
+        "holds": ground is None or ground.holds,
+        "rows": rows,
+        "joints": [
+            (
+                each.name,
+                f"{each.length:.4g}",
+                f"{100 * each.slipping:.3g}",
+                f"{100 * each.open:.3g}",
+                engineering(each.pressure, "Pa"),
+            )
+            for each in joint_sets(results, stage)
+        ],
+        "notes": stage.notes,
+    }
+
+
+def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
+    """Return the pictures of the page, stage by stage, and how many more there are.
+
+    All of the last stage, and all parts of the model that were asked for; `EARLIER` of the stages before. Those of a
+    stage have the order in which they are drawn: the model first.
+    """
+    from bsm_mesh.pictures.pictures import NAMES
+
+    shown, more, overview = [], 0, ""
+    for path in sorted((out / PICTURES_FOLDER).glob("*.png")):
+        found = OF_STAGE.fullmatch(path.stem)
+        if found and int(found[2]) >= len(stages):
+            continue  # of a stage that these results do not have: nothing of theirs
+        if found and found[1] not in EARLIER:
+            more += 1
+            continue
+        if path.stem == OVERVIEW:
+            overview = picture_data(path)
+            continue
+        name, number = (found[1], int(found[2])) if found else (path.stem, len(stages) - 1)
+        caption = name.replace("_", " ") + (f", {named_stage(stages[number])}" if found else "")
+        place_in_stage = NAMES.index(name) if name in NAMES else len(NAMES)  # parts of the model at the end
+        shown.append((number, place_in_stage, caption, picture_data(path)))
+    shown.sort(key=lambda picture: picture[:2])
+    return {"pictures": [picture[2:] for picture in shown], "more_pictures": more, "overview": overview}
+
+
+def picture_data(path: Path) -> str:
+    """Return a picture as text, to stand in the page itself.
+
+    Raises
+    ------
+    ModelError
+        If it is no PNG: a link may lead to any file, whose content does not belong in a page.
+    """
+    refuse_special(path)
+    content = path.read_bytes()
+    if not content.startswith(PNG):
+        raise ModelError(f"{path}: is no PNG picture; draw it again, or give another one")
+    return base64.b64encode(content).decode("ascii")
+
+
+def _facts(results: Results) -> Rows:
+    blocks = results.blocks
+    low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
+    area = blocks.moments.area
+    return [
+        ("scheme", results.scheme),
+        ("tolerance", f"{results.tolerance:g} of the reference weight"),
+        ("stages", ", ".join(stage.name for stage in results.stages)),
+        ("extent", f"{place(low)} to {place(high)} m"),
+        (
+            "blocks",
+            f"{blocks.count}, of {float(area.min()):.3g} to {float(area.max()):.3g} m2",
+        ),
+    ]
+
+
+def _quality(results: Results) -> Rows:
+    """Return which blocks are poor, by the thresholds of `bsm-mesh check`."""
+    poor = poor_blocks(results.blocks, Thresholds())
+    return [
+        (name.replace("_", " "), counted(len(found), "block"), numbered("block", found) if len(found) else "")
+        for name, found in poor.items()
+    ]
+
+
+def _input(model: str) -> list[tuple[str, Rows]]:
+    """Return the tables of a model file as it was run, with units: rocks, joints and all else that is not empty."""
+    content = tomllib.loads(model) if model else {}
+    tables: list[tuple[str, dict[str, Any]]] = []
+    for kind in ("rock", "joint"):
+        tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
+    for kind in ("gravity", "in_situ", "water", "flow", "falls", "solver"):
+        tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
+    for kind in ("support", "load", "bolt", "stage"):
+        tables += [(f"{kind} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]
+    units = {kind: _units(*owners) for kind, owners in QUANTITIES_OF.items()}
+    found: list[tuple[str, Rows]] = []
+    for name, table in tables:
+        unit = units.get(name if name in units else name.split()[0], {})
+        found.append((name, [(k, _shown(v, unit.get(k, ""))) for k, v in table.items() if v not in ([], {}, "")]))
+    return found
+
+
+def _units(*owners: type) -> dict[str, str]:
+    """Return the unit of every number of some dataclasses by its name, which is its key in a model file."""
+    return {name: quantity.unit for owner in owners for name, (quantity, _) in quantities_of(owner).items()}
+
+
+def _shown(value: Any, unit: str = "") -> str:
+    """Return a value of a model file as a reader writes it; with a prefix where that loses no digit."""
+    if isinstance(value, float) and unit:
+        exact = float(f"{value:.4g}") == value and unit != "degrees"
+        return engineering(value, unit) if exact else f"{value:.10g} {unit}"
+    listed = isinstance(value, list) and not any(isinstance(each, list | dict) for each in value)
+    text = ", ".join(map(_shown, value)) if listed else f"{value:g}" if isinstance(value, float) else str(value)
+    return text if len(text) < 200 else f"{text[:197]}..."

@@ -1,0 +1,244 @@
+"""What the page of ``bsm-mesh view`` shows: outlines, and every array of the results in every state, in few bytes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.frames import Frame, evenly, frames_in
+from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.pages.cell_values import CellValues, cell_values
+from bsm_mesh.results.joint_sets import ROCK_FACE
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters.vtk_files import Grid
+
+MOST_BYTES = 100e6  # of numbers: 29 states of 10 000 blocks; a browser opens 17 of them in 3 s
+MOTION = ("displacement x", "displacement y", "rotation")  # by which outlines are moved
+KEPT = (*MOTION, "rock", "joint")  # even where they are zero throughout
+Arrays = dict[str, npt.NDArray[np.float32]]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Layer:
+    """The things of a kind in a state: blocks (all there ever are), joints, bolts or the water table.
+
+    Attributes
+    ----------
+    arrays : dict of str to (k,) float32
+        What there is to colour by; NaN where a block is not there.
+    ends, moved : (k, 4) float32 [m]
+        Of lines: x, y, x, y of their ends from the model's middle, and how they move; none for blocks.
+    blocks : (k, 2) int32
+        Of joints the two blocks; of bolts the bolt, and the number of the element.
+    """
+
+    arrays: Arrays
+    ends: npt.NDArray[np.float32]
+    moved: npt.NDArray[np.float32]
+    blocks: IntArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class State:
+    """A state of the results.
+
+    Attributes
+    ----------
+    frame : Frame
+        Which one.
+    layers : dict of str to Layer
+        By kind.
+    unstable : (k,) int32
+        Blocks that come down.
+    """
+
+    frame: Frame
+    layers: dict[str, Layer]
+    unstable: IntArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ViewData:
+    """All that the page shows.
+
+    Attributes
+    ----------
+    blocks : Blocks
+        As they were given.
+    middle : (2,) float64 [m]
+        From where coordinates count in the page: single precision is enough then.
+    states : list of State
+        In order.
+    left_out : int
+        Steps that were written and are not in the page.
+    units : dict of str to dict of str to str
+        By kind and array.
+    names : dict of str to dict of str to tuple of str
+        What numbers stand for, by kind and array.
+    bolt_names : tuple of str
+        Names of the bolts.
+    falls : list of dict
+        What came down, a row a block: ``block``, ``stage``, ``area`` [m2], ``weight`` [N/m], ``x``, ``y`` [m] as given.
+    """
+
+    blocks: Blocks
+    middle: FloatArray
+    states: list[State]
+    left_out: int
+    units: dict[str, dict[str, str]]
+    names: dict[str, dict[str, tuple[str, ...]]]
+    bolt_names: tuple[str, ...]
+    falls: list[dict[str, Any]]
+
+
+def read_view(saved: SavedResults) -> ViewData:
+    """Return what the page shows of a results folder.
+
+    Raises
+    ------
+    ModelError
+        If it is damaged, or too large for a page.
+    """
+    blocks = saved.blocks()
+    low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
+    reader = _Reader(saved, blocks, (low + high) / 2)
+    frames = frames_in(saved)
+    ends = {frame: reader.state(frame) for frame in frames if frame.is_end}
+    chosen = evenly(frames, _steps_that_fit(saved, list(ends.values()), len(frames) - len(ends)))
+    states = _without_zeros([ends[frame] if frame in ends else reader.state(frame) for frame in chosen])
+    return ViewData(
+        blocks=blocks,
+        middle=reader.middle,
+        states=states,
+        left_out=len(frames) - len(chosen),
+        units=reader.units,
+        names=reader.names,
+        bolt_names=reader.bolt_names,
+        falls=_falls(saved, blocks, states),
+    )
+
+
+class _Reader:
+    """Reads states, and keeps what all of them share: units and names."""
+
+    def __init__(self, saved: SavedResults, blocks: Blocks, middle: FloatArray) -> None:
+        self.saved, self.blocks, self.middle = saved, blocks, middle
+        self.units: dict[str, dict[str, str]] = {}
+        self.names: dict[str, dict[str, tuple[str, ...]]] = {}
+        self.given = {"rock": blocks.rock_names, "joint": (*saved.told["joint_names"], ROCK_FACE)}
+        self.bolt_names: tuple[str, ...] = ()
+
+    def state(self, frame: Frame) -> State:
+        blocks = self.saved.grid(frame.file("blocks"))
+        layers = {"blocks": self._blocks(blocks), "joints": self._lines("joints", frame, ("block_a", "block_b"))}
+        if frame.file("bolts") in self.saved:
+            layers["bolts"] = self._lines("bolts", frame, ("bolt", "bolt"))
+        table = self.saved.water_table(frame.stage)
+        if len(table):
+            layers["water"] = _layer([], table - self.middle, np.zeros_like(table), np.zeros((len(table), 2)))
+        here = blocks.cell_data["block_id"]
+        return State(frame=frame, layers=layers, unstable=here[blocks.cell_data["unstable"] > 0].astype(np.int32))
+
+    def _blocks(self, grid: Grid) -> Layer:
+        here = grid.cell_data["block_id"]
+
+        def whole(values: FloatArray) -> FloatArray:
+            all_of_them = np.full(self.blocks.count, np.nan)
+            all_of_them[here] = values
+            return all_of_them
+
+        found = [(one, whole(one.values)) for one in self._known("blocks", grid)]
+        return _layer(found, np.zeros((0, 2, 2)), np.zeros((0, 2, 2)), np.zeros((0, 2)))
+
+    def _lines(self, kind: str, frame: Frame, numbers: tuple[str, str]) -> Layer:
+        from bsm_mesh.converters.bolt_files import bolts_of_grid
+
+        grid = self.saved.grid(frame.file(kind))
+        if kind == "bolts":
+            self.bolt_names = bolts_of_grid(grid).names
+        ends = grid.points[grid.connectivity].reshape(-1, 2, 2) - self.middle
+        moved = grid.point_data["displacement"][grid.connectivity, :2].reshape(-1, 2, 2)
+        which = np.stack([grid.cell_data[name] for name in numbers], axis=1)
+        return _layer([(one, one.values) for one in self._known(kind, grid)], ends, moved, which)
+
+    def _known(self, kind: str, grid: Grid) -> list[CellValues]:
+        found = cell_values(kind, grid, self.given)
+        self.units.setdefault(kind, {}).update({one.name: one.unit for one in found})
+        self.names.setdefault(kind, {}).update({one.name: one.names for one in found if one.names})
+        return found
+
+
+def _layer(found: list[tuple[CellValues, FloatArray]], ends: FloatArray, moved: FloatArray, blocks: Any) -> Layer:
+    return Layer(
+        arrays={one.name: values.astype(np.float32) for one, values in found},
+        ends=ends.reshape(-1, 4).astype(np.float32),
+        moved=moved.reshape(-1, 4).astype(np.float32),
+        blocks=blocks.astype(np.int32),
+    )
+
+
+def _bytes(state: State) -> int:
+    return sum(
+        sum(values.nbytes for values in layer.arrays.values()) + layer.ends.nbytes + layer.moved.nbytes
+        for layer in state.layers.values()
+    )
+
+
+def _steps_that_fit(saved: SavedResults, ends: list[State], steps: int) -> int:
+    """Return how many steps fit in a page beside the ends of the stages."""
+    taken, largest = sum(map(_bytes, ends)), max(map(_bytes, ends), default=0)
+    if taken > MOST_BYTES:
+        raise ModelError(
+            f"{saved.folder}: {taken / 1e6:.0f} MB of numbers are more than the {MOST_BYTES / 1e6:.0f} MB of a page; "
+            "look at them with ParaView: bsm-mesh paraview"
+        )
+    return min(steps, int((MOST_BYTES - taken) / largest)) if largest else steps
+
+
+def _without_zeros(states: list[State]) -> list[State]:
+    """Return the states without arrays that are zero in all of them; by which outlines move stays."""
+    shown = {
+        (kind, name)
+        for state in states
+        for kind, layer in state.layers.items()
+        for name, values in layer.arrays.items()
+        if name in KEPT or np.nan_to_num(values).any()
+    }
+
+    def thinned(kind: str, layer: Layer) -> Layer:
+        return replace(layer, arrays={name: values for name, values in layer.arrays.items() if (kind, name) in shown})
+
+    return [
+        replace(state, layers={kind: thinned(kind, layer) for kind, layer in state.layers.items()}) for state in states
+    ]
+
+
+def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dict[str, Any]]:
+    """Return what came down: what was taken away in a stage, and what comes down at its end."""
+    rows = []
+    for number, told in enumerate(saved.told["stages"]):
+        for fall in told.get("falls", ()):
+            (x, y), taken = (
+                blocks.moments.centroid[fall["block"]].tolist(),
+                {name: fall[name] for name in ("block", "area", "weight")},
+            )
+            rows.append({**taken, "x": x, "y": y, "stage": told["name"]})
+        state = next(state for state in states if state.frame.is_end and state.frame.stage == number)
+        rows += [{**_fallen(blocks, state, block), "stage": told["name"]} for block in told["unstable_blocks"]]
+    return rows
+
+
+def _fallen(blocks: Blocks, state: State, block: int) -> dict[str, Any]:
+    """Return what is told of a block that comes down at the end of a stage; loads that act on it are in its weight."""
+    arrays, nothing = state.layers["blocks"].arrays, np.zeros(blocks.count)
+    weight = float(arrays.get("water y", nothing)[block] - arrays.get("load y", nothing)[block])
+    x, y = blocks.moments.centroid[block].tolist()
+    area = float(blocks.moments.area[block])
+    return {"block": block, "area": area, "weight": weight, "x": x, "y": y}

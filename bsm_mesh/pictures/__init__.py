@@ -1,0 +1,1 @@
+"""Pictures of models, results, comparisons and studies."""

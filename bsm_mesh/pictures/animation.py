@@ -1,0 +1,202 @@
+"""The movement of a run, from its snapshots: a GIF, or the position at a step.
+
+``python -m bsm_mesh.pictures.animation OUT ""`` draws the GIF, with a number instead of the empty text the position.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.files import whole_file
+from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.pictures.canvas import FALLS, WATER, WIDTH
+from bsm_mesh.pictures.figures import paper, save
+from bsm_mesh.pictures.pictures import add_picture
+from bsm_mesh.pictures.plot import BAD_INPUT
+from bsm_mesh.pictures.scene import MARGIN, MOST_EDGES
+from bsm_mesh.text.headings import heading
+from bsm_mesh.text.tables import engineering
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+    from bsm_mesh.converters.vtk_files import Grid
+
+Series: TypeAlias = list[tuple[float, str]]
+"""Times and names of the files of snapshots."""
+
+FRAME_WIDTH, TEXT = 720, 0.75  # pixels; inches above the picture
+MOST_FRAMES, COLOURS = 60, 32
+FRAME, FIRST_FRAME, LAST_FRAME = 100, 800, 2000  # ms
+BEYOND = 0.5  # of the model's size: how far beside it the frame goes at most, to follow what falls
+ROCK, EDGE, START = "#c9d8ea", "#33475b", "#b9b2a3"
+
+
+def animate(folder: Path) -> Path:
+    """Draw the snapshots of a results folder as ``pictures/movement.gif``, true to scale, and return its path.
+
+    At most `MOST_FRAMES` of them, evenly chosen; blocks that come down are red from the start.
+    """
+    added, saved = AddedFiles(folder), SavedResults(folder)
+    files = _snapshots(saved)
+    chosen = np.unique(np.linspace(0, len(files) - 1, min(len(files), MOST_FRAMES - 1)).round().astype(int))
+    files = [files[k] for k in chosen]
+    unstable = np.array(saved.told["stages"][-1]["unstable_blocks"], dtype=np.int32)
+    window = _window(saved, files)
+    images = [_still(image) for image in _frames(saved, files, unstable, window)]
+    durations = [FIRST_FRAME, *[FRAME] * (len(images) - 2), LAST_FRAME]
+
+    def draw(path: Path) -> None:
+        with whole_file(path) as draft:
+            images[0].save(
+                draft, format="GIF", save_all=True, append_images=images[1:], duration=durations, loop=0, disposal=1
+            )
+
+    return add_picture(added, "movement.gif", draw)
+
+
+def draw_step(folder: Path, step: int) -> Path:
+    """Draw the position at the last snapshot of no more than `step` steps, and return the path of the picture."""
+    added, saved = AddedFiles(folder), SavedResults(folder)
+    files = _snapshots(saved)
+    earlier = [entry for entry in files if entry[0] <= step] or files[:1]
+    time, file = earlier[-1]
+    grid = _read(saved, file)
+    end = grid.points + _moves(grid)
+    room = MARGIN * float(np.hypot(*np.ptp(grid.points, axis=0)))
+    window = np.stack(
+        [np.minimum(grid.points, end).min(axis=0) - room, np.maximum(grid.points, end).max(axis=0) + room], 1
+    )
+    figure, axes = _stage(window, WIDTH)
+    _add_start(axes, grid)
+    down = grid.cell_data["block_id"][grid.cell_data["unstable"] > 0]
+    _add_blocks(axes, grid, 1.0, down)
+    table = saved.water_table(int(Path(file).stem.split("_")[1]))
+    axes.plot(*table.transpose(2, 1, 0), color=WATER, linewidth=2.2)
+    told = f"position after {time:g} of {files[-1][0]:g} steps, true to scale, over the original outlines (grey)"
+    axes.set_title(f"{heading(saved.told, 'on its way')}\n{told}", loc="left", fontsize=11, parse_math=False)
+    return add_picture(added, f"position_{time:05.0f}.png", partial(save, figure))
+
+
+def _snapshots(saved: SavedResults) -> Series:
+    """Return time and file of every snapshot, the end included."""
+    files = saved.series("blocks")
+    if len(files) < 2:
+        raise ModelError(
+            f'{saved.folder}: holds no snapshots of a movement; run again with snapshots = "steps" under [output]'
+        )
+    return files
+
+
+def _read(saved: SavedResults, file: str) -> Grid:
+    return saved.grid(file, needs=("displacement", "block_id", "unstable"))
+
+
+def _moves(grid: Grid) -> FloatArray:
+    """Return the displacement of every corner, (n_vertices, 2) [m]."""
+    moves: FloatArray = grid.point_data["displacement"][:, :2]
+    return moves
+
+
+def _window(saved: SavedResults, files: Series) -> FloatArray:
+    """Return x and y, least and greatest, of all that is shown, (2, 2) [m]."""
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    start = np.zeros((2, 2))
+    for number, (_, file) in enumerate(files):
+        grid = _read(saved, file)
+        if number == 0:
+            start = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
+            low, high = start
+        moved = grid.points + _moves(grid)
+        low, high = np.minimum(low, moved.min(axis=0)), np.maximum(high, moved.max(axis=0))
+    beyond = BEYOND * float((start[1] - start[0]).max())
+    return np.stack([np.maximum(low, start[0] - beyond), np.minimum(high, start[1] + beyond)], axis=1)
+
+
+def _frames(saved: SavedResults, files: Series, unstable: IntArray, window: FloatArray) -> Iterator[FloatArray]:
+    """Yield the frames, (height, width, 3), the start first."""
+    figure, axes = _stage(window, FRAME_WIDTH)
+    for number, (time, file) in enumerate([(0.0, files[0][1]), *files]):
+        grid, factor = _read(saved, file), float(number > 0)
+        if number == 0:
+            _add_start(axes, grid)
+        drawn = _add_blocks(axes, grid, factor, unstable)
+        greatest = engineering(factor * float(np.hypot(*_moves(grid).T).max()), "m")
+        told = f"{heading(saved.told)}\nstep {time:g} of {files[-1][0]:g}, greatest displacement {greatest}"
+        axes.set_title(told, loc="left", fontsize=9, parse_math=False)
+        canvas: Any = figure.canvas
+        canvas.draw()
+        figure.set_layout_engine(
+            "none"
+        )  # the first frame has made room; working it out again takes longer than drawing
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        drawn.remove()
+
+
+def _stage(window: FloatArray, width: int) -> tuple[Figure, Any]:
+    """Return a figure so many pixels wide, and axes that show a window (2, 2): x and y, least and greatest [m]."""
+    span = window[:, 1] - window[:, 0]
+    aspect = min(max(span[1] / span[0], 0.35), 1.4)
+    figure = paper((width / 100, width / 100 * aspect + TEXT), 100)
+    axes = figure.add_subplot()
+    axes.set_aspect("equal")
+    axes.set_xlim(window[0])
+    axes.set_ylim(window[1])
+    axes.tick_params(labelsize=8)
+    axes.set_xlabel("x, m", fontsize=8)
+    axes.set_ylabel("y, m", fontsize=8)
+    return figure, axes
+
+
+def _polygons(grid: Grid, factor: float) -> list[FloatArray]:
+    return np.split(grid.points + factor * _moves(grid), grid.offsets[1:-1])
+
+
+def _add_start(axes: Any, grid: Grid) -> None:
+    """Draw where the blocks were given."""
+    from matplotlib.collections import PolyCollection
+
+    axes.add_collection(
+        PolyCollection(_polygons(grid, 0.0), facecolors="none", edgecolors=START, linewidths=0.7), autolim=False
+    )
+
+
+def _add_blocks(axes: Any, grid: Grid, factor: float, down: IntArray) -> Any:
+    """Draw the blocks moved by so many times their displacement, those that come down in another colour."""
+    from matplotlib.collections import PolyCollection
+
+    falls = np.isin(grid.cell_data["block_id"], down)
+    order = np.argsort(falls, kind="stable")  # what comes down lies in front
+    outlines = _polygons(grid, factor)
+    drawn = PolyCollection(
+        [outlines[k] for k in order.tolist()],
+        facecolors=[FALLS if falls[k] else ROCK for k in order.tolist()],
+        edgecolors=EDGE if len(outlines) <= MOST_EDGES else "face",
+        linewidths=0.6,
+    )
+    return axes.add_collection(drawn, autolim=False)
+
+
+def _still(image: FloatArray) -> Image:
+    """Return a frame in a few colours."""
+    from PIL import Image as Images
+
+    return Images.fromarray(image).quantize(COLOURS)
+
+
+if __name__ == "__main__":
+    try:
+        print(draw_step(Path(sys.argv[1]), int(sys.argv[2])) if sys.argv[2] else animate(Path(sys.argv[1])))
+    except ModelError as error:
+        print(error, file=sys.stderr)
+        sys.exit(BAD_INPUT)

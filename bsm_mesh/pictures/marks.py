@@ -1,0 +1,295 @@
+"""What is drawn over blocks: what comes down, supports, loads, gravity, water table, bolts, numbers of blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import counted, numbered
+from bsm_mesh.pictures.canvas import BOLTS, FALLS, WATER, Sheet, middle
+from bsm_mesh.pictures.figures import TEXT
+from bsm_mesh.pictures.scene import Scene
+from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.text.tables import engineering
+
+MOST_RINGS = 6  # groups of blocks that are ringed and named: the largest
+MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in what is seen, were they spread over all of it
+LEAST_RING = 0.018  # of what is seen: radius of the ring round a flake
+WIDEST_RING = 0.3  # of what is seen: a larger one would hide more than it shows
+# Of a name from its ring, in points: the first at which it meets no other.
+NAME_PLACES = ((28, 24), (28, 64), (28, -24), (90, 24), (90, 64), (150, 24), (28, -64), (90, -64))
+LEADER_POINTS = 12  # at which a line from a ring to its name is looked at
+NAME_MARGIN = 5  # pixels
+LONGEST_LOAD = 0.06  # of what is seen
+LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
+ROUNDING = 1e-12  # of the greatest weight or load: what is left of a block's loads but for its weight and water
+ROOM_FOR_NUMBER = 0.022  # of what is seen: size of a block whose number can be read
+ENOUGH = 600  # blocks; the numbers of more are too many
+OF_LOADS = "#8a1c1c"
+GRAVITY = 0.03  # of what is seen: length of its arrow
+
+
+def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
+    """Draw the blocks that have gone, ring and name them, and return what to say of them.
+
+    They are drawn where they are, by so many times their displacement that all are; those that were taken away where
+    they were given.
+    """
+    scene, stage = sheet.scene, sheet.scene.stage
+    away = factor * stage.displacement[:, :2]
+    x0, y0, x1, y1 = scene.view
+    centre = scene.results.blocks.moments.centroid + away
+    out = ~((centre > (x0, y0)) & (centre < (x1, y1))).all(axis=1)
+    told = []
+    taken = np.zeros_like(scene.down)
+    taken[[fall.block for fall in stage.falls]] = True
+    for mask, colour, style, what in (
+        (scene.down, FALLS, "-", "coming down"),
+        (scene.apart & ~scene.down, "#f0b27a", "-", "at rest after moving far"),
+        (taken, "none", "--", "taken away after the fall"),
+    ):
+        blocks = np.flatnonzero(mask)
+        if not len(blocks):
+            continue
+        hatch = "////" if colour == FALLS else None
+        look = {"facecolors": colour, "edgecolors": "black", "linewidths": 0.9, "linestyles": style, "hatch": hatch}
+        here, given = np.flatnonzero(mask & ~out & ~taken), np.flatnonzero(mask & (out | taken))
+        for those, drawn in ((here, factor), (given, 0.0)):
+            if len(those):
+                sheet.polygons(scene.polygons(those, drawn), **look, zorder=3)
+                _ring(sheet, those, drawn)
+        sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
+        beyond = ", beyond the picture, drawn where given" if factor and (out & mask & ~taken).any() else ""
+        told.append(f"{numbered('block', blocks, 6)} {what}{beyond}")
+    return f"; {'; '.join(told)}, in no colour of the scale" if told else ""
+
+
+def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
+    """Draw a ring round each group of blocks that lie together, and name it."""
+    scene = sheet.scene
+    area = scene.results.blocks.moments.area
+    centre = middle(scene, blocks, factor)
+    radius = np.maximum(0.9 * np.sqrt(area[blocks]), LEAST_RING * scene.size)
+    groups = [np.flatnonzero(mine) for mine in _together(centre, radius)]
+    groups.sort(key=lambda group: -float(area[blocks[group]].sum()))
+    weight = _weight(scene)
+    for group in groups[:MOST_RINGS]:
+        low, high = (centre[group] - radius[group, None]).min(axis=0), (centre[group] + radius[group, None]).max(axis=0)
+        at, across = (low + high) / 2, float((high - low).max())
+        if across > WIDEST_RING * scene.size:  # so many are seen without a ring; the largest of them is pointed at
+            at, across = centre[group[area[blocks[group]].argmax()]], 0.0
+        total = area[blocks[group]].sum()
+        text = f"{numbered('block', blocks[group], 6)}\n{total:.3g} m2"
+        text += f", {engineering(float(weight[blocks[group]].sum()), 'N/m')}" if weight.any() else ""
+        add_name(sheet, at, text, FALLS, NAME_PLACES, across=across)
+
+
+def add_name(
+    sheet: Sheet,
+    at: FloatArray,
+    text: str,
+    colour: str,
+    places: Sequence[tuple[float, float]],
+    *,
+    across: float = 0.0,
+    leftwards: float = 0.7,
+) -> None:
+    """Write a name beside a point within the picture, where it hides no other name, ring or line to a name.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        The picture.
+    at : (2,) float64 [m]
+        The point.
+    text, colour : str
+        The name, and the colour of its frame.
+    places : sequence of (right, up)
+        Of a name from its point, in points; the first at which it meets no other is taken, or the last.
+    across : float [m]
+        Diameter of a ring round the point; 0: none.
+    leftwards : float
+        Part of the picture's width beyond which names stand to the left.
+    """
+    from matplotlib.patches import Circle
+    from matplotlib.text import Text
+    from matplotlib.transforms import Bbox
+
+    x0, y0, x1, y1 = sheet.scene.view
+    part = (at - (x0, y0)) / (x1 - x0, y1 - y0)
+    if not ((part > 0) & (part < 1)).all():
+        return
+    if across > 0:
+        sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=colour, linewidth=2.0, zorder=5))
+    side, up = (-1 if part[0] > leftwards else 1), (-1 if part[1] > 0.75 else 1)
+    edge = at + across / 2 * np.array([0.7 * side, 0.7 * up])
+    for right, above in places:
+        name = sheet.axes.annotate(
+            text,
+            xy=tuple(edge),
+            xytext=(right * side, above * up),
+            textcoords="offset points",
+            ha="left" if side > 0 else "right",
+            va="center",
+            fontsize=9,
+            color=TEXT,
+            zorder=6,
+            parse_math=False,
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "alpha": 0.92},
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2},
+        )
+        name.get_window_extent()  # puts it where it belongs
+        box = Text.get_window_extent(name).padded(NAME_MARGIN)
+        start, end = sheet.axes.transData.transform(edge), np.array([(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2])
+        line = [start + along * (end - start) for along in np.linspace(0.0, 1.0, LEADER_POINTS)]
+        mine = [box, *(Bbox([point, point]).padded(1) for point in line)]
+        if not any(new.overlaps(old) for new in mine for old in sheet.names) or (right, above) == places[-1]:
+            ring = Bbox(sheet.axes.transData.transform([at - across / 2, at + across / 2]))
+            sheet.names += [*mine, ring]
+            return
+        name.remove()
+
+
+def _together(centre: FloatArray, radius: FloatArray) -> list[BoolArray]:
+    """Return which circles overlap each other, directly or by others, a mask a group."""
+    from scipy.sparse.csgraph import connected_components
+
+    if len(centre) > ENOUGH:
+        return []
+    apart = np.hypot(*(centre[:, None] - centre[None, :]).transpose(2, 0, 1))
+    count, group = connected_components(apart < radius[:, None] + radius[None, :], directed=False)
+    return [group == number for number in range(count)]
+
+
+def _weight(scene: Scene) -> FloatArray:
+    """Return the weight of every block as a size, (n,) [N/m]."""
+    evidence = scene.stage.evidence
+    if evidence is None:
+        return np.zeros(scene.results.blocks.count)
+    weight: FloatArray = np.hypot(*evidence.weight.T)
+    for fall in scene.stage.falls:  # they are there no more
+        weight[fall.block] = fall.weight
+    return weight
+
+
+def add_supports(sheet: Sheet) -> None:
+    """Draw where supports hold the blocks: a triangle where in both directions, a circle where in one."""
+    evidence, scene = sheet.scene.stage.evidence, sheet.scene
+    if evidence is None or not len(evidence.bar_block):
+        return
+    points, of_point = np.unique(evidence.bar_point.round(9), axis=0, return_inverse=True)
+    along = np.zeros((len(points), 2))
+    np.maximum.at(along, of_point.reshape(-1), np.abs(evidence.bar_direction))
+    both = (along > 0.1).all(axis=1)
+    chosen = scene.spread(points, MOST_SUPPORTS)
+    for mask, label, style in (
+        (both, "held", {"marker": "^", "markersize": 7, "color": TEXT}),
+        (~both, "held in one direction", {"marker": "o", "markersize": 5, "color": TEXT, "markerfacecolor": "white"}),
+    ):
+        mine = chosen[np.asarray(mask)[chosen]]
+        if len(mine):
+            sheet.axes.plot(*points[mine].T, linestyle="none", clip_on=False, zorder=4, **style)
+            sheet.explain(label, linestyle="none", **style)
+
+
+def add_loads(sheet: Sheet) -> None:
+    """Draw the loads on the blocks, but weight and water, as arrows that end at the blocks' faces.
+
+    They are thinned where they are crowded; the key says how large the greatest is.
+    """
+    scene, stage = sheet.scene, sheet.scene.stage
+    if stage.evidence is None:
+        return
+    applied = stage.loads[:, :2] - stage.water[:, :2] - stage.evidence.weight
+    size = np.hypot(*applied.T)
+    greatest = float(size[scene.shown].max(initial=0.0))
+    if greatest <= ROUNDING * float(np.abs(stage.loads[:, :2]).max(initial=0.0)):
+        return
+    blocks = scene.shown[size[scene.shown] > LEAST_LOAD * greatest]
+    sense = applied[blocks] / size[blocks, None]
+    at = middle(scene, blocks) - 0.5 * np.sqrt(scene.results.blocks.moments.area[blocks])[:, None] * sense
+    chosen = scene.spread(at, MOST_LOADS)
+    vector = applied[blocks[chosen]] * (LONGEST_LOAD * scene.size / greatest)
+    arrows(sheet, at[chosen] - vector, vector, OF_LOADS)
+    sheet.explain(f"loads, greatest {engineering(greatest, 'N/m')}", color=OF_LOADS, marker=">", linewidth=1.5)
+
+
+def arrows(sheet: Sheet, tail: FloatArray, vector: FloatArray, colour: Any, **style: Any) -> Any:
+    """Draw arrows (k, 2) from their tails, true to scale in metres, and return them."""
+    given = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.0022, "zorder": 4, **style}
+    values = () if isinstance(colour, str) else (colour,)
+    colours = {"color": colour} if isinstance(colour, str) else {}
+    return sheet.axes.quiver(*tail.T, *vector.T, *values, **colours, **given)
+
+
+def add_gravity(sheet: Sheet) -> None:
+    """Draw the direction of gravity in the upper left corner."""
+    evidence = sheet.scene.stage.evidence
+    pull = np.zeros(2) if evidence is None else evidence.weight.sum(axis=0)
+    if not pull.any():
+        return
+    x0, _, _, y1 = sheet.scene.view
+    sense = pull / np.hypot(*pull)
+    length = GRAVITY * sheet.scene.size
+    at = np.array([x0 + 0.6 * length, y1 - 1.6 * length])
+    arrows(sheet, (at - length / 2 * sense)[None], (length * sense)[None], TEXT, width=0.003, zorder=7)
+    sheet.axes.text(*(at - length * sense), "g", fontsize=10, color=TEXT, ha="center", va="center", zorder=7)
+
+
+def add_water_table(sheet: Sheet) -> None:
+    """Draw the water table."""
+    table = sheet.scene.stage.water_table
+    if len(table):
+        sheet.lines(table, colors=WATER, linewidths=2.2, zorder=3)
+        sheet.explain("water table", color=WATER, linewidth=2.2)
+
+
+def add_bolts(sheet: Sheet) -> None:
+    """Draw the bolts that are there, with their heads."""
+    ends, _ = bolt_lines(sheet.scene)
+    if not len(ends):
+        return
+    sheet.lines(ends, colors=BOLTS, linewidths=2.2, zorder=4)
+    add_heads(sheet)
+    head = {"marker": "o", "markersize": 4, "markerfacecolor": TEXT, "markeredgecolor": TEXT}
+    sheet.explain("bolt, its head", color=BOLTS, linewidth=2.2, **head)
+
+
+def add_heads(sheet: Sheet) -> None:
+    """Draw the heads of the bolts as dots."""
+    bolts = sheet.scene.stage.bolts
+    heads = bolts.original[bolts.node_start[:-1]][bolts.status != BoltStatus.ABSENT]
+    sheet.axes.plot(*heads.T, linestyle="none", marker="o", markersize=4, color=TEXT, zorder=5)
+
+
+def bolt_lines(scene: Scene) -> tuple[FloatArray, IntArray]:
+    """Return both ends of the elements that are there, (k, 2, 2) [m], and their numbers."""
+    bolts = scene.stage.bolts
+    element = np.flatnonzero(bolts.alive)
+    first = bolts.first_node[element]
+    return np.stack([bolts.original[first], bolts.original[first + 1]], axis=1), element
+
+
+def add_numbers(sheet: Sheet) -> bool:
+    """Write the numbers of the blocks in which they can be read; return whether there are any."""
+    scene = sheet.scene
+    moments = scene.results.blocks.moments
+    wide = np.sqrt(moments.area[scene.shown]) > ROOM_FOR_NUMBER * scene.size
+    blocks = scene.shown[wide & ~scene.apart[scene.shown]]
+    if not len(blocks) or len(scene.shown) > ENOUGH:
+        return False
+    x0, y0, x1, y1 = scene.view
+    for block, (x, y) in zip(blocks.tolist(), moments.centroid[blocks].tolist(), strict=True):
+        if x0 < x < x1 and y0 < y < y1:
+            sheet.axes.text(x, y, str(block), ha="center", va="center", fontsize=7, color="#6b6b6b", zorder=2)
+    return True
+
+
+def told_count(sheet: Sheet) -> str:
+    """Return how many blocks are there, and how many of them are seen."""
+    scene = sheet.scene
+    seen = "" if len(scene.shown) == len(scene.here) else f", {len(scene.shown)} of them seen"
+    return f"{counted(len(scene.here), 'block')}{seen}"

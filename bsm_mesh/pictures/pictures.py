@@ -1,0 +1,209 @@
+"""The pictures of a results folder: ``python -m bsm_mesh.pictures.pictures OUT``, the wishes as JSON after it.
+
+A picture of a stage is a figure of Matplotlib (`figure_of`), whoever writes it. Those of the last stage bear the
+picture's name alone, as ``displacement.png``; those of stages before bear their number too:
+``displacement_stage_0.png``.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.storage import load_results
+from bsm_mesh.pictures.beside import with_sources
+from bsm_mesh.pictures.block_pictures import (
+    draw_arrows,
+    draw_deformation,
+    draw_displacement,
+    draw_final_position,
+    draw_model,
+    draw_principal_stresses,
+    draw_sigma_1,
+)
+from bsm_mesh.pictures.bolt_map import draw_bolt_utilisation, draw_bolts
+from bsm_mesh.pictures.bolt_pictures import draw_bolt_forces
+from bsm_mesh.pictures.canvas import Sheet, finish, new_sheet
+from bsm_mesh.pictures.figures import save
+from bsm_mesh.pictures.flow_pictures import draw_discharge, draw_head
+from bsm_mesh.pictures.history_pictures import draw_histories
+from bsm_mesh.pictures.joint_pictures import (
+    draw_opening,
+    draw_pressure,
+    draw_slip,
+    draw_state,
+    draw_thrust,
+    draw_utilisation,
+)
+from bsm_mesh.pictures.line_pictures import draw_extensometers, draw_profiles
+from bsm_mesh.pictures.plot import BAD_INPUT, PictureChoice
+from bsm_mesh.pictures.point_pictures import draw_points
+from bsm_mesh.pictures.scene import Scene, Window
+from bsm_mesh.pictures.water_pictures import draw_water
+from bsm_mesh.results.results import Results
+from bsm_mesh.text.headings import PICTURES_FOLDER, stage_heading, stage_number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PICTURES: dict[str, Callable[[Sheet], str | None]] = {
+    "model": draw_model,
+    "displacement": draw_displacement,
+    "displacement_arrows": draw_arrows,
+    "deformation": draw_deformation,
+    "final_position": draw_final_position,
+    "sigma_1": draw_sigma_1,
+    "principal_stresses": draw_principal_stresses,
+    "thrust": draw_thrust,
+    "joints_state": draw_state,
+    "joints_slip": draw_slip,
+    "joints_opening": draw_opening,
+    "joints_utilisation": draw_utilisation,
+    "joints_pressure": draw_pressure,
+    "water_pressure": draw_water,
+    "flow_head": draw_head,
+    "flow_discharge": draw_discharge,
+    "bolts": draw_bolts,
+    "bolts_utilisation": draw_bolt_utilisation,
+}
+FOLLOWING = ("final_position",)  # shows what has left the model's box
+OF_A_STAGE = "bolt_forces"
+OF_THE_RUN = {
+    "histories": draw_histories,
+    "extensometers": draw_extensometers,
+    "profiles": draw_profiles,
+    "points": draw_points,
+}
+CHARTS = (OF_A_STAGE, *OF_THE_RUN)  # of no place in the model
+NAMES = (*PICTURES, *CHARTS)
+
+
+def figure_of(
+    results: Results, name: str, stage: int | str = -1, window: Window | None = None, figure: Figure | None = None
+) -> Figure | None:
+    """Return a picture of a stage, or None where there is nothing to show.
+
+    Parameters
+    ----------
+    results : Results
+        What came out.
+    name : str
+        One of `NAMES`, or ``joints`` for their state. ``histories``, ``extensometers``, ``profiles`` and
+        ``points`` are of the whole run.
+    stage : int or str
+        Number of the stage, negative: from the last one; or its name.
+    window : (x0, y0, x1, y1), optional [m]
+        What is seen.
+    figure : matplotlib.figure.Figure, optional
+        What is drawn on; by default a figure of its own, as large as suits.
+
+    Raises
+    ------
+    ModelError
+        If there is no such picture or stage, or the window is none, or of a chart.
+    """
+    (name, *_) = chosen_pictures(["joints_state" if name == "joints" else name])
+    refuse_window(window, [name])
+    number = stage_number(results, stage)
+    if name in CHARTS:
+        return _chart(results, number, name, figure)
+    scene = Scene(results=results, number=number, title=stage_heading(results, number), window=window)
+    return _figure(scene, name, figure)
+
+
+def _figure(scene: Scene, name: str, figure: Figure | None = None) -> Figure | None:
+    if name in FOLLOWING and scene.window is None:
+        scene = replace(scene, window=scene.following)
+    sheet = new_sheet(scene, figure)
+    caption = PICTURES[name](sheet)
+    return None if caption is None else finish(sheet, caption)
+
+
+def _chart(results: Results, number: int, name: str, figure: Figure | None = None) -> Figure | None:
+    """Return a chart: of a stage, or of the whole run."""
+    if name == OF_A_STAGE:
+        return draw_bolt_forces(results.stages[number].bolts, stage_heading(results, number), figure)
+    return OF_THE_RUN[name](results, stage_heading(results, len(results.stages) - 1), figure)
+
+
+def chosen_pictures(only: Sequence[str]) -> list[str]:
+    """Return the names of the pictures that are asked for: all, some, or all that begin with one of the words.
+
+    Raises
+    ------
+    ModelError
+        If there is none of a name.
+    """
+    names = list(NAMES)
+    found: set[str] = set()
+    for word in only:
+        mine = {word} & {*names} or {name for name in names if name.startswith(word)}
+        if not mine:
+            raise ModelError(f"plot: there is no picture '{word}'{nearest(word, names, len(names))}")
+        found |= mine
+    return [name for name in names if name in found or not only]
+
+
+def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
+    """Draw the pictures of a results folder and return their paths."""
+    names = chosen_pictures(choice.only)
+    refuse_window(choice.window, names)
+    added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
+    results = load_results(folder)
+    for name, path in choice.beside:
+        results = with_sources(results, {name: path})
+    drawn = []
+    stages = range(len(results.stages)) if choice.stage is None else [stage_number(results, choice.stage)]
+    for number in stages:
+        scene = Scene(results=results, number=number, title=stage_heading(results, number), window=choice.window)
+        suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
+        suffix += "" if choice.window is None else "_window"
+        of_place = [name for name in names if name in PICTURES]
+        charts = [name for name in names if name == OF_A_STAGE and choice.window is None]
+        for name in [*of_place, *charts]:
+            figure = _figure(scene, name) if name in PICTURES else _chart(results, number, name)
+            if figure is not None:
+                drawn.append(add_picture(added, f"{name}{suffix}.png", partial(save, figure)))
+    for name in [name for name in names if name in OF_THE_RUN and choice.window is None]:
+        figure = _chart(results, -1, name)
+        if figure is not None:
+            drawn.append(add_picture(added, f"{name}.png", partial(save, figure)))
+    if not drawn and choice.only:
+        raise ModelError(f"plot: there is nothing to show in {' and '.join(map(repr, choice.only))}")
+    return drawn
+
+
+def refuse_window(window: Window | None, names: Sequence[str]) -> None:
+    """Raise a `ModelError` where a window is none, or all that is asked for are charts, which show no place."""
+    if window is None:
+        return
+    if set(names) <= set(CHARTS):
+        raise ModelError(f"plot: {' and '.join(names)} show no part of the model; leave the window (--window) away")
+    if len(window) != 4 or not (np.isfinite(window).all() and window[0] < window[2] and window[1] < window[3]):
+        told = " ".join(f"{each:g}" for each in window)
+        raise ModelError(f"plot: window (--window) {told} must be X0 Y0 X1 Y1 with x0 below x1 and y0 below y1")
+
+
+def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) -> Path:
+    """Add what `draw` draws to the pictures of a results folder, and return its path."""
+    with added.file(f"{PICTURES_FOLDER}/{name}") as draft:
+        draw(draft)
+    return added.folder.path / PICTURES_FOLDER / name
+
+
+if __name__ == "__main__":
+    try:
+        for picture in draw_pictures(Path(sys.argv[1]), PictureChoice(**json.loads(sys.argv[2]))):
+            print(picture)
+    except ModelError as error:
+        print(error, file=sys.stderr)
+        sys.exit(BAD_INPUT)

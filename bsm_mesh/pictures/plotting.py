@@ -1,0 +1,103 @@
+"""Pictures for scripts and notebooks: figures of Matplotlib of results, and of a model before it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from io import BytesIO
+from os import PathLike
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.pictures.beside import with_sources
+from bsm_mesh.pictures.block_pictures import draw_model
+from bsm_mesh.pictures.canvas import finish, new_sheet
+from bsm_mesh.pictures.figures import plain_texts
+from bsm_mesh.pictures.pictures import figure_of
+from bsm_mesh.pictures.scene import Scene, Window
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results, Source
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from bsm_mesh.model.model import Model
+
+
+def plot_results(
+    results: Results,
+    picture: str,
+    stage: int | str,
+    window: Window | None,
+    figure: Figure | None,
+    beside: Mapping[str, Source] | Sequence[Source] | Source = (),
+) -> Figure:
+    """Return a picture of a stage; parameters and errors as for `Results.plot`."""
+    if isinstance(beside, str | PathLike | Results) or beside:
+        results = with_sources(results, beside)
+    drawn = figure_of(results, picture, stage, window, figure)
+    if drawn is None:
+        raise ModelError(f"plot: there is nothing to show in '{picture}' of that stage")
+    return _shown(drawn)
+
+
+def plot_model(model: Model, window: Window | None, figure: Figure | None) -> Figure:
+    """Return a picture of a model before it is run; parameters as for `Model.plot`."""
+    scene = Scene(results=as_given(model), number=0, title=f"{model.title or 'Model'}: as given", window=window)
+    sheet = new_sheet(scene, figure)
+    return _shown(finish(sheet, draw_model(sheet) or ""))
+
+
+def _shown(figure: Figure) -> Figure:
+    """Return a figure that a notebook shows as it is: it shows those of pyplot only."""
+
+    def png() -> bytes:
+        content = BytesIO()
+        figure.canvas.print_figure(content, format="png")
+        return content.getvalue()
+
+    figure._repr_png_ = png  # type: ignore[attr-defined]
+    return plain_texts(figure)
+
+
+def as_given(model: Model) -> Results:
+    """Return what is known of a model before it is run: the start, where nothing has moved and no contact bears.
+
+    All bolts are there, those that a stage installs too; blocks that a stage fills in are not.
+    """
+    from bsm_mesh.model.stages import presence
+    from bsm_mesh.model.supports import bars_of
+    from bsm_mesh.model.water_pressure import WaterLoad
+    from bsm_mesh.results.evidence import Evidence
+    from bsm_mesh.results.histories import recorded_of
+    from bsm_mesh.solve.algebra.loads import external_loads
+    from bsm_mesh.solve.bolts.installed import InstalledBolts
+    from bsm_mesh.solve.bolts.record import bolt_forces
+
+    blocks, water = model.blocks, WaterLoad(model)
+    still = np.zeros((blocks.count, 3))
+    bolts = InstalledBolts.of(model.replace(bolts=[replace(bolt, stage=None) for bolt in model.bolts]), still)
+    stage = StageResult.as_given(
+        present=presence(model.stages, blocks)[0],
+        loads=external_loads(model),
+        water=water.on_blocks(blocks.vertices, blocks.moments.centroid),
+        **water.recorded(),
+        bolts=bolt_forces(model.bolts, bolts, bolts.evaluate(still)),
+        evidence=Evidence.as_given(model.gravity_forces, bars_of(model.supports, blocks)),
+    )
+    return Results(
+        blocks=blocks,
+        joint_names=tuple(joint.name for joint in model.joints),
+        stages=(stage,),
+        scheme="linear",
+        linear_solver="",
+        tolerance=0.0,
+        model_digest=model.digest,
+        title=model.title,
+        default_joint=model.default_joint,
+        recorded=tuple(map(recorded_of, model.histories)),
+        finished=True,
+        model=model,
+    )

@@ -1,0 +1,117 @@
+"""Pictures of a factor of safety: movement against the factor, and what fails."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.pictures.canvas import FALLS, LINE, ROCKS, Sheet, add_key, new_sheet
+from bsm_mesh.pictures.figures import TEXT, entitle, paper, save
+from bsm_mesh.pictures.joint_pictures import draw_state
+from bsm_mesh.pictures.marks import arrows
+from bsm_mesh.pictures.scene import Scene
+from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
+from bsm_mesh.safety.answer import Safety, with_unit
+from bsm_mesh.safety.bracket import Verdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DPI = 130
+COLOURS = {Verdict.STABLE: "#2e7d32", Verdict.UNSTABLE: "#c62828", Verdict.UNDECIDED: "#9e9e9e"}
+MARKS = {Verdict.STABLE: "o", Verdict.UNSTABLE: "s", Verdict.UNDECIDED: "D"}
+LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is told apart in the picture
+SHOWN = 0.5  # sizes of the largest block that fails: what moved farther is drawn no farther, what moved less as far
+
+
+def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Path) -> None:
+    """Draw the greatest movement of a block against the value that was tried, with the bracket."""
+    figure = paper((8.0, 5.0), DPI)
+    axes = figure.add_subplot()
+    stable = [trial for trial in safety.trials if trial.verdict is Verdict.STABLE]
+    rows = [(trial.value, max(trial.moved, LEAST_MOVEMENT)) for trial in stable]
+    axes.plot(*np.reshape(rows, (-1, 2)).T, color=COLOURS[Verdict.STABLE], linewidth=1, alpha=0.5)
+    for verdict in Verdict:
+        mine = [trial for trial in safety.trials if trial.verdict is verdict]
+        if mine:
+            moved = [max(trial.moved, LEAST_MOVEMENT) for trial in mine]
+            axes.plot(
+                [trial.value for trial in mine], moved, MARKS[verdict], color=COLOURS[verdict], label=verdict.value
+            )
+    if safety.stable is not None and safety.unstable is not None:
+        axes.axvspan(safety.stable, safety.unstable, color="#fdd835", alpha=0.6, label="the limit lies here")
+    if np.isfinite(safety.limit.factor):
+        axes.axvline(safety.limit.factor, color="black", linestyle="--", linewidth=1, label="bound by limit analysis")
+    axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="counts as failure from here on")
+    axes.set_yscale("log")
+    axes.set_xlabel(f"{safety.quantity} [{safety.unit}]" if safety.unit else safety.quantity, parse_math=False)
+    axes.set_ylabel("greatest movement of a block over its size")
+    axes.legend(fontsize=8, frameon=False)
+    entitle(figure, title)
+    save(figure, path)
+
+
+def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
+    """Draw the state of the joints in the last stable state, and the blocks that fail in the first unstable one."""
+    good, bad = safety.stable, safety.unstable
+    corners = next(iter(safety.states.values())).blocks.vertices
+    width, height = corners.max(axis=0) - corners.min(axis=0)
+    figure = paper((13.0, 1.7 + 6.2 * float(np.clip(height / width, 0.25, 1.5))), DPI)
+    sheets = []
+    if good is not None and good in safety.states:
+        sheet = new_sheet(_scene(safety.states[good]), figure, (1, 2, 1))
+        sheets.append((sheet, f"last stable, {with_unit(good, safety.unit)}: {draw_state(sheet) or 'no joints'}"))
+    if bad is not None and bad in safety.states:
+        fails = np.zeros(0, dtype=np.int32) if safety.mechanism is None else safety.mechanism.blocks
+        sheet, factor = _draw_failure(_scene(safety.states[bad]), fails, figure)
+        shown = f", drawn {factor:.2g} times as far" if factor > 1.05 else ""
+        sheets.append((sheet, f"first unstable, {with_unit(bad, safety.unit)}: where the blocks go{shown}"))
+    for sheet, caption in sheets:
+        sheet.axes.set_title(caption, loc="left", fontsize=10, color=TEXT, parse_math=False)
+    add_key(figure, [line for sheet, _ in sheets for line in sheet.key])
+    entitle(figure, title)
+    save(figure, path)
+
+
+def _scene(results: Results) -> Scene:
+    return Scene(results=results, number=len(results.stages) - 1, title="")
+
+
+def _draw_failure(scene: Scene, fails: IntArray, figure: Figure) -> tuple[Sheet, float]:
+    """Draw the blocks at the end, those that fail marked; return how many times their movement is exaggerated."""
+    stage, blocks = scene.stage, scene.results.blocks
+    size = np.sqrt(blocks.moments.area)
+    chosen = np.zeros(blocks.count, dtype=bool)
+    chosen[fails] = True
+    moved = stage.stage_displacement.copy()
+    far = np.hypot(*moved[:, :2].T)
+    shown, greatest = SHOWN * float(size[chosen].max(initial=0.0)), float(far[chosen].max(initial=0.0))
+    factor = max(1.0, shown / greatest) if greatest > 0 else 1.0
+    moved *= (factor * np.minimum(1.0, shown / np.maximum(factor * far, 1e-300)))[:, None]
+    outlines = _outlines(scene.results, stage, moved)
+    x0, y0, x1, y1 = scene.view
+    corners = np.concatenate([[(x0, y0), (x1, y1)], *outlines])
+    window = (*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
+    sheet = new_sheet(replace(scene, window=window), figure, (1, 2, 2))
+    colours = [FALLS if each else ROCKS[0] for each in chosen[scene.here]]
+    sheet.polygons(outlines, facecolors=colours, edgecolors=LINE, linewidths=0.5)
+    start = blocks.moments.centroid + (stage.displacement - stage.stage_displacement)[:, :2]
+    rows = scene.here[chosen[scene.here] & (far[scene.here] > 0)]
+    arrows(sheet, start[rows], moved[rows, :2], TEXT, width=0.004)
+    sheet.explain_patch("fails", facecolor=FALLS, edgecolor=LINE)
+    return sheet, factor
+
+
+def _outlines(results: Results, stage: StageResult, moved: FloatArray) -> list[FloatArray]:
+    """Return the corners of the blocks that are there, moved (n, 3) from where the stage found them."""
+    blocks, owner = results.blocks, results.blocks.owner
+    there = stage.displacement - stage.stage_displacement + moved
+    corners = blocks.vertices + displacement_of(blocks, there, owner, blocks.vertices)
+    sizes = np.diff(blocks.offsets)[stage.present]
+    return np.split(corners[stage.present[owner]], np.cumsum(sizes)[:-1])

@@ -1,0 +1,1 @@
+"""Numbers, tables, headings and notes in words, and what leaves by the terminal."""

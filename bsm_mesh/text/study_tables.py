@@ -1,0 +1,87 @@
+"""What the command ``study`` prints: how often it fails, how the answers scatter, which key decides."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from bsm_mesh.studies.statistics import UNIT, failure_of
+from bsm_mesh.studies.table import StudyTable
+from bsm_mesh.text.tables import engineering, print_table
+from bsm_mesh.text.terminal import say
+
+MOST_ERRORS = 5  # different ones that are shown
+SHOWN_QUANTILES = ("5 %", "50 %", "95 %")
+NAMES = {"failure": "share that fails", "factor": "factor of safety", "max_displacement": "greatest displacement"}
+
+
+Rows = list[tuple[str, ...]]
+
+
+def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
+    """Print the summary of a study."""
+    for title, header, rows in study_rows(summary):
+        print_table(title, header, rows)
+    errors = Counter(error for error in table.columns["error"] if error)
+    for error, number in errors.most_common(MOST_ERRORS):
+        say(f"failed, {number} times: {error}")
+
+
+def study_rows(summary: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...], Rows]]:
+    """Return the tables of a study's summary: title, header and rows of each."""
+    tables: list[tuple[str, tuple[str, ...], Rows]] = [
+        (summary["title"], ("", ""), [*_failure_rows(summary["failure"])]),
+    ]
+    answers: Rows = [
+        (
+            NAMES[told["answer"]],
+            str(told["runs"]),
+            *(_shown(told[name], told["answer"]) for name in ("mean", "deviation")),
+            *(_shown(told["quantiles"][name], told["answer"]) for name in SHOWN_QUANTILES),
+        )
+        for told in summary["answers"]
+    ]
+    if answers:
+        tables.append(("Answers", ("", "runs", "mean", "deviation", *SHOWN_QUANTILES), answers))
+    for answer in dict.fromkeys(told["answer"] for told in summary["effects"]):
+        effects: Rows = [
+            (told["key"], f"{told['correlation']:+.2f}", *(_shown(told[end], answer) for end in ("low", "high")))
+            for told in summary["effects"]
+            if told["answer"] == answer and told["correlation"] is not None
+        ]
+        if effects:
+            header = ("", "rank correlation", "low quarter", "high quarter")
+            tables.append((f"Which key decides: {NAMES[answer]}", header, effects))
+    return tables
+
+
+def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
+    rows = [
+        ("runs", str(told["runs"])),
+        ("stable", str(told["stable"])),
+        *([("stable, but moved too far", str(told["moved_far"]))] if told["moved_far"] else []),
+        ("unstable", str(told["unstable"])),
+        ("undecided", str(told["undecided"])),
+        ("failed", str(told["failed"])),
+    ]
+    if told["share"] is not None:
+        rows.append(("share that fails, of those with a verdict", f"{told['share']:.4g}"))
+    if told["interval"] is not None:
+        low, high = told["interval"]
+        rows.append((f"probability of failure, {100 * told['confidence']:g} % interval", f"{low:.4g} to {high:.4g}"))
+    if told["undecided"] or told["failed"]:
+        low, high = told["bounds"]
+        rows.append(("share that fails, if none and if all of the others did", f"{low:.4g} to {high:.4g}"))
+    return rows
+
+
+def _shown(value: float, answer: str) -> str:
+    return engineering(value, UNIT[answer]) if answer in UNIT else f"{value:.4g}"
+
+
+def failure_in_words(table: StudyTable) -> str:
+    """Return how many runs fail, for the heading of a picture."""
+    told = failure_of(table, drawn=False)
+    failing, others = told.unstable + told.moved_far, told.undecided + told.failed
+    return f"{failing} of {told.stable + failing} fail" + (f", {others} without verdict" if others else "")

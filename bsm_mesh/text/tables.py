@@ -1,0 +1,309 @@
+"""Tables for the terminal, and numbers as an engineer writes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.results.joint_faces import AT_STRENGTH
+from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
+from bsm_mesh.results.spread import RouteEnd
+from bsm_mesh.results.stress import extreme_stresses
+from bsm_mesh.text.flow_text import discharge_text, how_solved
+
+PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
+SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
+MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
+LONGEST_WORD = 13  # letters of a wrapped text that stay together where other columns are wide
+SQUARED = ("m2",)  # bear no prefix: a mm2 is no thousandth of a m2
+
+
+def engineering(value: float, unit: str) -> str:
+    """Return a number with an SI prefix; small lengths stay in mm.
+
+    Examples
+    --------
+    >>> engineering(-2.4537e6, "Pa")
+    '-2.454 MPa'
+    >>> engineering(0.0, "m")
+    '0 m'
+    >>> engineering(0.7189, "m2")
+    '0.7189 m2'
+    >>> engineering(0.00025, "m"), engineering(0.00025, "Pa")
+    ('0.25 mm', '0.00025 Pa')
+    """
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g} {unit}"
+    prefixes = () if unit in SQUARED else SMALL_PREFIXES if unit in MEASURED_SMALL else PREFIXES
+    factor, prefix = next(((f, p) for least, f, p in prefixes if abs(value) >= least), (1.0, ""))
+    return f"{value / factor:.4g} {prefix}{unit}"
+
+
+def print_table(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, texts: int = 1, last_wraps: bool = False
+) -> None:
+    """Print a table on stdout; the first `texts` columns stand to the left and may wrap, the others to the right."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE, show_header=any(header))
+    for number, name in enumerate(header):
+        is_text = number < texts
+        # of a thing and its value the value wraps where both are too wide, and the thing stays
+        no_wrap = number == 0 if len(header) == 2 else not is_text or (number == 0 and texts > 1)
+        no_wrap = no_wrap and not (last_wraps and number == len(header) - 1)
+        words = [] if no_wrap else " ".join([name, *(row[number] for row in rows)]).split()
+        widest = min(max(map(len, words), default=1), LONGEST_WORD)
+        table.add_column(name, justify="left" if is_text else "right", no_wrap=no_wrap, min_width=widest)
+    for row in rows:
+        table.add_row(*map(one_line, row))
+    console = Console(highlight=False, markup=False, emoji=False)
+    console.print(one_line(title), style="bold")
+    console.print(table)
+
+
+def vector(components: Iterable[float], unit: str) -> str:
+    """Return the components of a vector; what is rounding beside the greatest is shown as 0."""
+    parts = [float(c) for c in components]
+    greatest = max(abs(c) for c in parts)
+    return ", ".join(engineering(c if abs(c) > 1e-9 * greatest else 0.0, unit) for c in parts)
+
+
+def bolt_rows(bolts: BoltForces) -> list[tuple[str, str]]:
+    """Return greatest force and greatest utilisation, which need not be of one bolt, and the bolts' states."""
+    worst, most_used = int(bolts.greatest_force.argmax()), "0"
+    if bolts.utilisation.any():
+        element = int(bolts.utilisation.argmax())
+        most_used = f"{bolts.utilisation[element]:.3g} ({bolts.names[bolts.bolt[element]]})"
+    return [
+        ("greatest force in a bolt", f"{engineering(float(bolts.greatest_force[worst]), 'N')} ({bolts.names[worst]})"),
+        ("greatest utilisation of a bolt", most_used),
+        ("bolts", _bolt_counts(bolts)),
+    ]
+
+
+def _bolt_counts(bolts: BoltForces) -> str:
+    """Return how many bolts are in each state, and the first few by name that are at a limit, or within 1 % of it."""
+    told = []
+    used = np.zeros(bolts.count)
+    np.maximum.at(used, bolts.bolt, bolts.utilisation)
+    for status in BoltStatus:
+        mine = np.flatnonzero(bolts.status == status)
+        limited = status in (BoltStatus.SLIPPING, BoltStatus.YIELDING)
+        named = mine if limited else mine[used[mine] >= AT_STRENGTH]  # slipped, and rests just below its strength
+        names = ", ".join(bolts.names[k] for k in named[:6]) + (", ..." if len(named) > 6 else "")
+        if mine.size:
+            within = "" if limited else "within 1 % of their strength: "
+            told.append(f"{len(mine)} {status.name.lower()}" + (f" ({within}{names})" if named.size else ""))
+    return ", ".join(told)
+
+
+def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, str]]:
+    """Return what ``run`` prints: the verdict and the numbers that a reader asks for first; more where `verbose`."""
+    stage = results.stages[-1]
+    most_compressive, most_tensile, unknown = extreme_stresses(results.blocks, stage)
+    without = f" (without {counted(unknown, 'block')} that supports hold, and slivers)" if unknown else ""
+    rows = [
+        ("verdict", verdict_in_words(results.blocks, stage) if results.finished else results.status.value),
+        ("why", stage.reason),
+    ]
+    if results.unstable_blocks.size:
+        rows.append(("comes down", falling(results, stage)))
+    rows += [
+        ("blocks", f"{int(stage.present.sum())}"),
+        ("greatest displacement", _greatest_displacement(results, stage)),
+        ("most compressive stress (sigma_1)", engineering(most_compressive, "Pa") + without),
+        ("most tensile stress (sigma_3)", engineering(most_tensile, "Pa") + without),
+        ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
+        *_water_rows(stage),
+        ("reactions (x, y)", vector(stage.total_reaction, "N/m")),
+    ]
+    if stage.bolts.count:
+        rows += bolt_rows(stage.bolts)
+    overstressed = int((stage.contacts.utilisation > 1).sum())
+    if overstressed and results.scheme == "linear":
+        rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
+    rows.append(("time of the solution", f"{stage.seconds:.3g} s"))
+    return rows + (_solution_rows(results, stage) if verbose else [])
+
+
+def falling(results: Results, stage: StageResult) -> str:
+    """Return what comes down at the end of a stage: number, weight, area and part of the whole."""
+    down, area = stage.unstable_blocks, results.blocks.moments.area
+    fallen = float(area[down].sum())
+    weight = [] if stage.evidence is None else [float(np.hypot(*stage.evidence.weight[down].T).sum())]
+    told = [
+        counted(len(down), "block"),
+        f"{fallen:.3g} m2 ({100 * fallen / float(area[stage.present].sum()):.2g} % of all)",
+    ]
+    return ", ".join([*told, *(engineering(each, "N/m") for each in weight if each)])
+
+
+def _greatest_displacement(results: Results, stage: StageResult) -> str:
+    """Return the greatest displacement; where blocks come down, of those that stay."""
+    size = np.hypot(*stage.displacement[:, :2].T) * stage.counts
+    size[stage.unstable_blocks] = 0.0
+    of = " (of the blocks that stay)" if stage.unstable_blocks.size else ""
+    return f"{engineering(float(size.max()), 'm')}{of}"
+
+
+def _water_rows(stage: StageResult) -> list[tuple[str, str]]:
+    rows = []
+    if len(stage.water_table) or stage.water.any():
+        rows.append(("of these by the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+    if stage.flow is not None:
+        rows.append(("water that flows through the joints", discharge_text(stage.flow.through)))
+        rows.append(("flow", how_solved(stage.flow)))
+    if stage.uplifted_blocks.size:
+        rows.append(("blocks that water lifts", listing(stage.uplifted_blocks, 12)))
+    return rows
+
+
+def _solution_rows(results: Results, stage: StageResult) -> list[tuple[str, str]]:
+    """Return how the solution was found."""
+    rows = [("scheme, linear solver", f"{results.scheme}, {results.linear_solver}")]
+    if results.scheme != "linear":
+        spent, last = sum(step.factorizations for step in stage.steps), stage.steps[-1]
+        unit = "cycles" if results.scheme == "wang" else "steps"
+        rows.append((f"{unit}, factorizations", f"{len(stage.steps)}, {spent}"))
+        rows.append(("open, slipping contacts", f"{last.open_contacts}, {last.slipping_contacts}"))
+    return [
+        *rows,
+        ("contacts", f"{len(stage.contacts.length)}"),
+        (
+            "residual: block most out of balance",
+            f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}",
+        ),
+    ]
+
+
+DOWN_HEADER = ("block", "at", "area", "weight", "of all", "moved")
+MOST_DOWN = 8  # blocks that are listed: the largest
+
+
+def down_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of the blocks that come down at the end, the largest of them."""
+    stage, moments = results.stages[-1], results.blocks.moments
+    down = stage.unstable_blocks[np.argsort(-moments.area[stage.unstable_blocks], kind="stable")]
+    whole = float(moments.area[stage.present].sum())
+    weight = np.zeros(len(moments.area)) if stage.evidence is None else np.hypot(*stage.evidence.weight.T)
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    return [
+        (
+            str(block),
+            f"{place(moments.centroid[block].round(2))} m",
+            f"{moments.area[block]:.3g} m2",
+            engineering(float(weight[block]), "N/m"),
+            f"{100 * moments.area[block] / whole:.2g} %",
+            engineering(float(moved[block]), "m"),
+        )
+        for block in down[:MOST_DOWN].tolist()
+    ]
+
+
+FALL_HEADER = ("block", "stage", "from", "area", "weight", "moved", "reason")
+
+
+def fall_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of the blocks that came down and were taken away, those that count."""
+    return [
+        (
+            str(fall.block),
+            stage.name,
+            f"{place(np.round(fall.origin, 2))} m",
+            f"{fall.area:.3g} m2",
+            engineering(fall.weight, "N/m"),
+            engineering(fall.moved, "m"),
+            fall.reason,
+        )
+        for stage in results.stages
+        for fall in stage.falls
+        if not fall.ignored
+    ]
+
+
+def fall_reasons(results: Results) -> list[str]:
+    """Return why blocks came down that were taken away: a line a stage and reason."""
+    said: dict[tuple[str, str], list[int]] = {}
+    for stage in results.stages:
+        for fall in stage.falls:
+            if not fall.ignored:
+                said.setdefault((stage.name, fall.reason), []).append(fall.block)
+    return [f"{named_stage(name)}: {numbered('block', blocks)}: {reason}" for (name, reason), blocks in said.items()]
+
+
+STAGE_HEADER = ("stage", "verdict", "blocks", "moved", "in all")
+
+
+def stage_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of every stage."""
+    return [
+        (
+            stage.name,
+            verdict_in_words(results.blocks, stage),
+            str(int(stage.present.sum())),
+            engineering(stage.max_stage_displacement, "m"),
+            engineering(stage.max_displacement, "m"),
+        )
+        for stage in results.stages
+    ]
+
+
+JOINT_HEADER = ("joint", "length", "slips", "open", "mean pressure", "greatest slip")
+
+
+def joint_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of the joint sets that have a law, at the end: nothing where nothing can slip."""
+    if results.model is None or results.scheme == "linear":
+        return []
+    with_law = {joint.name for joint in results.model.joints if joint.law is not None}
+    return [
+        (
+            one.name,
+            engineering(one.length, "m"),
+            percent(one.slipping),
+            percent(one.open),
+            engineering(one.pressure, "Pa"),
+            engineering(one.greatest_slip, "m"),
+        )
+        for one in joint_sets(results, results.stages[-1])
+        if one.name in with_law
+    ]
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent; what is there is never shown as none, nor what lacks a little as all.
+
+    Examples
+    --------
+    >>> percent(0.0), percent(0.0001), percent(0.123), percent(1.0), percent(0.9999)
+    ('0 %', '< 1 %', '12 %', '100 %', '> 99 %')
+    """
+    if 0 < share < 0.01:
+        return "< 1 %"
+    return "> 99 %" if 0.99 < share < 1 - 1e-12 else f"{100 * share:.0f} %"
+
+
+SPREAD_HEADER = ("route", "verdict", "moved", "differs by", "at block")
+
+
+def spread_rows(ends: Sequence[RouteEnd]) -> list[tuple[str, ...]]:
+    """Return what ``run --spread`` prints of every route."""
+    return [
+        (
+            end.route,
+            end.status.value,
+            engineering(end.max_displacement, "m"),
+            "-" if end.difference is None else engineering(end.difference, "m"),
+            "-" if end.block is None else str(end.block),
+        )
+        for end in ends
+    ]
