@@ -12,12 +12,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bsm_mesh.errors import MeshWarning, ModelError, ResultsWarning
+from bsm_mesh.lazy import names_from
 from bsm_mesh.reading import as_path
-from bsm_mesh.run import run, spread
+from bsm_mesh.run import run
+from bsm_mesh.solving import spread
+from bsm_mesh.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from bsm_mesh.commands.study import StudyResults
@@ -64,8 +66,6 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
     from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 
-__version__ = "1.0.0"
-
 # All other names are imported when they are first used: the command line must be able to take an interruption before
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
 _HOME = {
@@ -80,7 +80,6 @@ _HOME = {
     "factor_of_safety": "bsm_mesh.safety",
     "limit_value": "bsm_mesh.safety",
 }
-_MODULES = ("bolt_patterns", "library")
 
 
 def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: str | None = None) -> LimitAnalysis:
@@ -220,16 +219,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> Any:
-        if name not in __all__:
-            raise AttributeError(f"module 'bsm_mesh' has no attribute '{name}'")
-        if name in _MODULES:
-            value = import_module(f"bsm_mesh.model.{name}")
-        else:
-            value = getattr(import_module(_HOME.get(name, "bsm_mesh.model")), name)
-        globals()[name] = value
-        return value
+    __getattr__ = names_from({**dict.fromkeys(__all__, "bsm_mesh.model"), **_HOME}, __name__)
 
     def __dir__() -> list[str]:
         return sorted({*globals(), *__all__})

@@ -10,8 +10,9 @@ if __name__ == "converters":  # imported by the folder's own name
 
     hand_over(__name__)
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bsm_mesh.lazy import names_from
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.continuum import Comparison, ContinuumSolution, compare, solve_continuum
@@ -47,11 +48,8 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """Return a public name from the module that defines it."""
-    if name not in _HOME:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(import_module(_HOME[name]), name)
+if not TYPE_CHECKING:
+    __getattr__ = names_from(_HOME, __name__)
 
 
 def __dir__() -> list[str]:

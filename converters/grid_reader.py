@@ -21,6 +21,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.converters.vtu_content import content_of_vtu, load_vtk
 from bsm_mesh.errors import ModelError
 from bsm_mesh.processes import python_command
 
@@ -176,8 +177,6 @@ def _limit(size: int) -> None:
 
 def _main() -> None:
     """Read what comes down stdin, file by file, until it is closed."""
-    from bsm_mesh.converters.vtk_files import content_of_vtu, load_vtk
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the process that asked ends this one
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no part of it

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.converters.vtk_files import LINE, POLYGON, VERTEX, Grid, spatial
+from bsm_mesh.converters.vtk_files import Grid, spatial
+from bsm_mesh.converters.vtu_content import LINE, POLYGON, VERTEX
 
 MESHIO = "meshio"
 NAMES = ("meshlane", MESHIO)  # the first that is there reads meshes

@@ -14,7 +14,8 @@ from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
 from bsm_mesh.converters.contact_files import contact_grid, joint_grid, support_grid, water_grid
 from bsm_mesh.converters.flow_files import flow_grid
-from bsm_mesh.converters.vtk_files import POLYGON, Compression, Grid, numbered, spatial, write_pvd, write_vtu
+from bsm_mesh.converters.vtk_files import Compression, Grid, spatial, write_pvd, write_vtu
+from bsm_mesh.converters.vtu_content import POLYGON, numbered
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.model.submodel import some_blocks

@@ -5,10 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 from xml.etree import ElementTree
@@ -16,14 +14,14 @@ from xml.etree import ElementTree
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.grid_reader import read_arrays
+from bsm_mesh.converters.vtu_content import KINDS, POLYHEDRON, load_vtk, silent
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.reading import refuse_special
 from bsm_mesh.signals import signals_held
 
-VERTEX, LINE, POLYGON, POLYHEDRON = 1, 3, 7, 42  # VTK cell types
 Compression = Literal["zlib", "lz4"]
-KINDS = ("point:", "cell:")
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 IN_ATTRIBUTES = str.maketrans(
     {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
@@ -92,34 +90,6 @@ class Grid:
         return tuple(found[number] for number in range(max(found, default=-1) + 1))
 
 
-def numbered(array: str, names: Sequence[str]) -> dict[str, int]:
-    """Return the names of an array's numbers, from 0, as `Grid` takes them."""
-    return {f"{array}:{name}": number for number, name in enumerate(names)}
-
-
-@cache
-def load_vtk() -> None:
-    """Import VTK, whole: its C code dies where an interruption is raised while one module imports the next."""
-    with signals_held():
-        import vtkmodules.util.numpy_support
-        import vtkmodules.vtkCommonMisc
-        import vtkmodules.vtkIOLegacy
-        import vtkmodules.vtkIOXML  # noqa: F401
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Keep VTK from writing to stderr, past Python."""
-    from vtkmodules.vtkCommonCore import vtkLogger
-
-    level = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        yield
-    finally:
-        vtkLogger.SetStderrVerbosity(level)
-
-
 def write_vtu(path: Path, grid: Grid, *, compression: Compression = "zlib", parents: bool = False) -> None:
     """Write a grid as compressed binary VTU; its folder too, where `parents` says so.
 
@@ -147,7 +117,7 @@ def write_vtu(path: Path, grid: Grid, *, compression: Compression = "zlib", pare
             writer.SetCompressorTypeToZLib()
             writer.SetCompressionLevel(1)
         writer.AddObserver("ErrorEvent", lambda *_: None)  # what is raised below says it
-        with _silent():
+        with silent():
             written = writer.Write() == 1 and draft.exists()
         if writer.GetErrorCode() == vtkErrorCode.OutOfDiskSpaceError:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
@@ -179,8 +149,6 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
     ModelError
         If it is damaged, of mixed cell types or without an array that is needed.
     """
-    from bsm_mesh.converters.grid_reader import read_arrays
-
     told, arrays = read_arrays(content, path)
     types = told["types"]
     if len(types) > 1:
@@ -199,58 +167,6 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
         cell_data=data[1],
         names=told["names"],
     )
-
-
-def content_of_vtu(content: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return what VTK reads of a VTU file: the types of its cells and its names of numbers; its arrays by their names.
-
-    Point arrays are called ``point:NAME``, cell arrays ``cell:NAME``. `bsm_mesh.converters.grid_reader` calls this in
-    a process of its own.
-
-    Raises
-    ------
-    ValueError
-        If VTK finds a fault.
-    """
-    load_vtk()
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-
-    reader: Any = vtkXMLUnstructuredGridReader()
-    reader.ReadFromInputStringOn()
-    reader.SetInputString(content)
-    reader.AddObserver("ErrorEvent", lambda *_: None)  # the message says it
-    with _silent():
-        reader.Update()
-    data = reader.GetOutput()
-    if reader.GetErrorCode() or data.GetPoints() is None:
-        raise ValueError
-    types = vtk_to_numpy(data.GetDistinctCellTypesArray()) if data.GetNumberOfCells() else np.array([VERTEX])
-    arrays = {
-        "points": vtk_to_numpy(data.GetPoints().GetData())[:, :2].astype(np.float64),
-        "offsets": vtk_to_numpy(data.GetCells().GetOffsetsArray()),
-        "connectivity": vtk_to_numpy(data.GetCells().GetConnectivityArray()),
-    }
-    for kind, attributes in zip(KINDS, (data.GetPointData(), data.GetCellData()), strict=True):
-        arrays |= {f"{kind}{name}": values for name, values in _arrays(attributes).items()}
-    return {"types": types.tolist(), "names": names_in(data)}, arrays
-
-
-def names_in(data: Any) -> dict[str, int]:
-    """Return the names that a grid of VTK's gives numbers: ``"joint:J1": 3``.
-
-    Results of schema version 3 have a list of them instead: texts ``joint_names``.
-    """
-    fields = data.GetFieldData()
-    found = [fields.GetAbstractArray(k) for k in range(fields.GetNumberOfArrays())]
-    names: dict[str, int] = {}
-    for array in found:
-        name, count = array.GetName() or "", array.GetNumberOfValues()
-        if not array.IsNumeric() and name.endswith("_names"):
-            names |= numbered(name.removesuffix("_names"), [array.GetValue(k) for k in range(count)])
-        elif array.IsNumeric() and count == 1 and ":" in name:
-            names[name] = int(array.GetValue(0))
-    return names
 
 
 def sample(grid: Grid, points: FloatArray) -> tuple[BoolArray, dict[str, FloatArray]]:
@@ -401,10 +317,3 @@ def _id_type() -> int:
     from vtkmodules.vtkCommonCore import VTK_ID_TYPE
 
     return int(VTK_ID_TYPE)
-
-
-def _arrays(attributes: Any) -> dict[str, Any]:
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    found = (attributes.GetArray(k) for k in range(attributes.GetNumberOfArrays()))
-    return {array.GetName(): vtk_to_numpy(array) for array in found if array is not None}

@@ -10,8 +10,7 @@ if __name__ == "geometries":  # imported by the folder's own name
 
     hand_over(__name__)
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bsm_mesh.geometries import circular_tunnel
 from bsm_mesh.geometries.cases import Case, case_names, case_parameters, find_case, parse_settings
@@ -19,6 +18,7 @@ from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
 from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 from bsm_mesh.geometries.settings import Parameter
+from bsm_mesh.lazy import names_from
 
 if TYPE_CHECKING:
     from bsm_mesh.geometries.abutting import abutting_sets
@@ -150,11 +150,8 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """Return a public name from the module that defines it."""
-    if name not in _HOME:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(import_module(_HOME[name]), name)
+if not TYPE_CHECKING:
+    __getattr__ = names_from(_HOME, __name__)
 
 
 def __dir__() -> list[str]:

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -23,10 +24,12 @@ FOR_CONVERTERS = (
     "bsm_mesh.signals",
     "bsm_mesh.three_d.blocks",
     "bsm_mesh.three_d.key_blocks",
+    "bsm_mesh.lazy",
     "bsm_mesh.solve.bolts",
     "bsm_mesh.geometries.physical_groups",
 )
 FOR_GEOMETRIES = (
+    "bsm_mesh.lazy",
     "bsm_mesh.files",
     "bsm_mesh.errors",
     "bsm_mesh.reading",
@@ -65,7 +68,15 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "methods": {"algebra", "contacts", "step"},
     "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},
 }
-APPLICATION = ("text", "modelfile", "certificate", "folder", "pictures", "pages", "commands")  # folders of bsm_mesh
+APPLICATION = {  # folders of bsm_mesh from the ground, and which of them each may import
+    "text": set(),
+    "modelfile": {"text"},
+    "certificate": set(),
+    "folder": {"certificate", "modelfile", "text"},
+    "pictures": {"folder", "text"},
+    "pages": {"folder", "modelfile", "pictures", "text"},
+    "commands": {"folder", "modelfile", "pages", "pictures", "text"},
+}
 DOORS = {"cluster", "limit_analysis"}  # hand names on to scripts, define nothing
 ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "blocks": set(),
@@ -80,8 +91,11 @@ def module_name(path: Path, root: Path) -> str:
     return name.removesuffix(".__init__")
 
 
-def imports(source: str, module: str, is_package: bool) -> list[tuple[str, bool, int]]:
-    """Return (imported module, whether it is done when the module is loaded, line) of every import of a source text."""
+def imports(source: str, module: str, is_package: bool, types: bool = True) -> list[tuple[str, bool, int]]:
+    """Return (imported module, whether it is done when the module is loaded, line) of every import of a source text.
+
+    `types` says whether what is imported for types only counts.
+    """
     found = []
 
     def is_for_types_only(node: ast.AST) -> bool:
@@ -98,6 +112,8 @@ def imports(source: str, module: str, is_package: bool) -> list[tuple[str, bool,
                     package = package[: len(package) - child.level + 1]
                     base = ".".join([*package, base] if base else package)
                 found.extend((f"{base}.{alias.name}", at_load, child.lineno) for alias in child.names)
+            if not types and is_for_types_only(child):
+                continue
             inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) or is_for_types_only(child)
             visit(child, at_load and not inside)
 
@@ -123,7 +139,7 @@ def is_allowed(module: str, name: str, at_load: bool) -> bool:
         return any(below(name, target) for target in FOR_GEOMETRIES)
     if part == "converters":
         return any(below(name, target) for target in FOR_CONVERTERS)
-    return part == "bsm_mesh" and module.split(".")[1] in APPLICATION and not at_load
+    return part == "bsm_mesh" and any(below(module, f"bsm_mesh.{room}") for room in APPLICATION) and not at_load
 
 
 def wrong_arrows(root: Path) -> list[str]:
@@ -146,18 +162,18 @@ def test_no_wrong_arrow():
     assert wrong_arrows(ROOT) == []
 
 
-def arrows_between_rooms(root: Path, house: str = "solve") -> dict[str, set[str]]:
-    """Return which other rooms each room of a house, ``bsm_mesh/solve``, imports, when loaded or later."""
-    folder, arrows = root / "bsm_mesh" / house, {}
+def arrows_between_rooms(root: Path, package: str = "bsm_mesh.solve") -> dict[str, set[str]]:
+    """Return which other rooms each room of a package imports, when loaded or later."""
+    folder, arrows = root.joinpath(*package.split(".")), {}
     for path in sorted(folder.rglob("*.py")):
         if path.parent == folder and path.stem in DOORS | {"__init__"}:
             continue
         module = module_name(path, root)
-        room = module.split(".")[2]
+        room = module.removeprefix(f"{package}.").split(".")[0]
         known = arrows.setdefault(room, set())
         for name, _, _ in imports(path.read_text(encoding="utf-8"), module, path.stem == "__init__"):
-            if below(name, f"bsm_mesh.{house}"):
-                known.add(name.split(".")[2])
+            if below(name, package) and name != package:
+                known.add(name.removeprefix(f"{package}.").split(".")[0])
         known.discard(room)
     return arrows
 
@@ -221,7 +237,7 @@ def test_rooms_of_the_solver():
 
 def test_rooms_of_three_dimensions():
     """They know the plane's materials and words; nothing of the plane, and nothing that is shared, imports them."""
-    arrows = arrows_between_rooms(ROOT, "three_d")
+    arrows = arrows_between_rooms(ROOT, "bsm_mesh.three_d")
     assert set(arrows) == set(ROOMS_3D)
     assert {room: others - ROOMS_3D[room] for room, others in arrows.items() if others - ROOMS_3D[room]} == {}
     assert max(floors(arrows).values()) <= 7
@@ -235,7 +251,52 @@ def test_rooms_of_three_dimensions():
     assert users - doors == {user for user in users if user.split("/")[1] in APPLICATION}
 
 
-FOR_STUDIES = ("model", "arrays", "errors", "files", "processes", "studies", "__version__")
+def test_rooms_of_the_application():
+    arrows = arrows_between_rooms(ROOT, "bsm_mesh")
+    found = {room: arrows[room] & set(APPLICATION) for room in APPLICATION}
+    assert found == APPLICATION
+    assert max(floors(found).values()) <= 6
+
+
+def arrows_between_modules(root: Path) -> dict[str, set[str]]:
+    """Return which modules of the project each imports, when loaded or later, but not for types only."""
+    files = [p for folder in PARTS for p in (root / folder).rglob("*.py") if "starters" not in p.parts[:-2]]
+    modules = {module_name(path, root): path for path in files}
+
+    def known(name: str) -> str:
+        return name if name in modules else name.rpartition(".")[0]
+
+    return {
+        module: {
+            known(name)
+            for name, _, _ in imports(path.read_text(encoding="utf-8"), module, path.stem == "__init__", types=False)
+            if known(name) in modules and known(name) != module
+        }
+        for module, path in modules.items()
+    }
+
+
+UPWARD = {("bsm_mesh.model.model", "bsm_mesh.solve.options")}  # the model holds how it is solved
+# ... and what `Model` and `Results` hand themselves to: `bsm_mesh.doors`, by names.
+
+
+def test_no_circle_of_modules():
+    """Imports inside functions count: what hangs together so cannot be read, tested or taken away alone."""
+    arrows = arrows_between_modules(ROOT)
+    for module, other in UPWARD:
+        arrows[module].remove(other)
+    TopologicalSorter(arrows).prepare()
+
+
+def test_the_walk_finds_a_circle_of_modules(tmp_path):
+    (tmp_path / "bsm_mesh").mkdir()
+    (tmp_path / "bsm_mesh/one.py").write_text("from bsm_mesh.two import f", encoding="utf-8")
+    (tmp_path / "bsm_mesh/two.py").write_text("def f():\n    from bsm_mesh import one", encoding="utf-8")
+    with pytest.raises(CycleError):
+        TopologicalSorter(arrows_between_modules(tmp_path)).prepare()
+
+
+FOR_STUDIES = ("model", "arrays", "errors", "files", "processes", "studies", "version")
 
 
 def test_studies_know_neither_solver_nor_command_line():

@@ -12,7 +12,6 @@ from typing import Any, Literal
 
 import click
 
-from bsm_mesh import __version__
 from bsm_mesh.commands.cli_compare import compare
 from bsm_mesh.commands.cli_options import (
     PATH,
@@ -28,6 +27,7 @@ from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.text.interruption import guarded
 from bsm_mesh.text.progress import Progress, early, start_early
 from bsm_mesh.text.terminal import complain, mend_streams, plain_warnings, say, say_json
+from bsm_mesh.version import __version__
 
 EXIT_BAD_INPUT, EXIT_NOT_CONVERGED = 2, 3
 EXIT_BROKEN_PIPE = 1  # as click and rich leave

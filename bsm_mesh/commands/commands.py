@@ -13,7 +13,8 @@ from bsm_mesh.folder.result_tables import BOLTS, FLOW, ON_REQUEST, TableForm
 from bsm_mesh.folder.results_folder import refuse_unwritable
 from bsm_mesh.folder.run_file import run_file
 from bsm_mesh.folder.summary import summary
-from bsm_mesh.modelfile.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
+from bsm_mesh.modelfile.build_marks import geometry_faults
+from bsm_mesh.modelfile.build_mesh import build_geometry, stdout_to_stderr
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results

@@ -14,7 +14,8 @@ from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.modelfile.build import load_model_file
-from bsm_mesh.modelfile.build_mesh import geometry_faults, stdout_to_stderr
+from bsm_mesh.modelfile.build_marks import geometry_faults
+from bsm_mesh.modelfile.build_mesh import stdout_to_stderr
 from bsm_mesh.results.results import Results
 from bsm_mesh.run import run
 from bsm_mesh.text.beside_tables import table_of

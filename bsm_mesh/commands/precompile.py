@@ -25,7 +25,7 @@ from bsm_mesh import compiled, kernel_files
 from bsm_mesh.files import remove
 from bsm_mesh.text.progress import SILENCE, Progress
 
-LIST = Path(bsm_mesh.__file__).with_name("kernels.txt")
+LIST = Path(__file__).parents[1] / "kernels.txt"
 MAX_PROCESSES = 4
 KEPT_FOR = 7 * 86400.0  # s; former versions of kernels, for who goes back to former sources
 

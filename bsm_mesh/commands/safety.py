@@ -13,6 +13,7 @@ from bsm_mesh.modelfile.build import LoadedModel, load_model_file
 from bsm_mesh.modelfile.build_mesh import stdout_to_stderr
 from bsm_mesh.modelfile.units import typed
 from bsm_mesh.modelfile.variation import Variation
+from bsm_mesh.pictures.safety_pictures import draw_safety
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.factor import factor_of_safety
@@ -66,7 +67,9 @@ def ask_safety(
             at, unit = partial(variation.with_value, name), variation.unit(name)
             answer = limit_value(at, good, bad, quantity=name, unit=unit, **common)
         progress.report(f"writing {folder}")
-        files = write_safety(answer, failure, loaded, added)
+        files = write_safety(answer, loaded, added)
+        title = f"{loaded.model.title or loaded.path.stem}: {answer}"
+        files += draw_safety(answer, failure.movement, title, added)  # last: whatever fails here, the answer is there
     if as_json:
         say_json({**told_of(answer), "notes": [*loaded.notes, *answer.notes], "folder": str(folder)})
     else:

@@ -13,7 +13,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bsm_mesh import __version__
 from bsm_mesh.commands.study_file import Study, load_study
 from bsm_mesh.commands.study_work import failed, work_of
 from bsm_mesh.errors import ModelError, counted
@@ -30,6 +29,7 @@ from bsm_mesh.studies.table import StudyTable, make_table
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.study_tables import print_study
 from bsm_mesh.text.terminal import say, say_json
+from bsm_mesh.version import __version__
 
 OFTEN = 2.0  # s between two lines of progress
 

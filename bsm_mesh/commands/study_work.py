@@ -15,8 +15,8 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
-from bsm_mesh.run import solve
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solving import solve
 from bsm_mesh.studies.sampling import Value
 from bsm_mesh.studies.scatter import Scatter, scatter_joint
 from bsm_mesh.studies.table import FAILED

@@ -16,13 +16,13 @@ from typing import Any
 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import is_draft, keep, make_folder, remove, remove_empty, remove_tree
+from bsm_mesh.modelfile.reach import BESIDE
 
 MARKER, SUMMARY, CHECKPOINT = ".bsm-mesh-results", "summary.json", ".bsm-mesh-checkpoint.npz"
 HEADER = (
     "# bsm-mesh writes this folder. The next run into it replaces the files that summary.json lists\n"
     "# and those named here; all other files stay.\n"
 )
-BESIDE = (".running", ".interrupted", ".former")
 OF_A_RUN = re.compile(
     r"(blocks|contacts|joints|supports|water|flow|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(blocks|bolts|contacts|flow|joints|supports)\.(csv|parquet)|history(_[\w.+-]+)?\.csv|summary\.json|model\.toml"
     r"|certificate(\.json|_\d{4,}\.npz)|blocks_given\.vtu"

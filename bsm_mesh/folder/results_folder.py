@@ -17,7 +17,6 @@ from pathlib import Path
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.files import exchange, make_folder, move, remove, remove_empty, remove_tree, settle, write_text
 from bsm_mesh.folder.own_files import (
-    BESIDE,
     HEADER,
     MARKER,
     OF_A_RUN,
@@ -33,6 +32,7 @@ from bsm_mesh.folder.own_files import (
     run_number,
 )
 from bsm_mesh.locks import free_lock, holder, take_lock
+from bsm_mesh.modelfile.reach import BESIDE
 
 CURE = "choose a new or an empty folder"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
@@ -31,6 +31,7 @@ from bsm_mesh.folder.result_tables import USUAL, OutputForm, write_tables
 from bsm_mesh.folder.results_folder import ResultsFolder, told_fault
 from bsm_mesh.folder.snapshots import Snapshots
 from bsm_mesh.folder.summary import fingerprint, finished_stages, summary_text
+from bsm_mesh.modelfile.model_text import Given
 from bsm_mesh.results.records import StageResult, StepRecord
 from bsm_mesh.results.results import Results
 
@@ -38,9 +39,6 @@ if TYPE_CHECKING:
     from bsm_mesh.converters.result_files import Instant
     from bsm_mesh.folder.resume import TakenUp
     from bsm_mesh.solve.stages.checkpoint import Checkpoint
-
-Given = Mapping[str, Callable[[Path], object]]
-"""Files that say what is run: their names, and what writes each."""
 
 
 class RunWriter:

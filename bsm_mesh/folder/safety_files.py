@@ -1,12 +1,10 @@
-"""The folder of a factor of safety: both states of its bracket as results, the trials, pictures, the answer."""
+"""The folder of a factor of safety: the answer, the trials, both states of its bracket as results."""
 
 from __future__ import annotations
 
 import io
 import json
 import warnings
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,6 @@ from bsm_mesh.folder.own_files import place_in
 from bsm_mesh.folder.storage import save_results
 from bsm_mesh.modelfile.build import LoadedModel
 from bsm_mesh.safety.answer import Safety
-from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.text.csv_tables import CsvWriter
 from bsm_mesh.text.safety_text import told_of
 
@@ -26,7 +23,7 @@ STATES = {"stable": "last stable", "unstable": "first unstable"}
 TRIALS_HEADER = ("value", "verdict", "movement_over_size", "failed_blocks", "status", "seconds", "reason")
 
 
-def write_safety(answer: Safety, failure: Failure, loaded: LoadedModel, added: AddedFiles) -> list[str]:
+def write_safety(answer: Safety, loaded: LoadedModel, added: AddedFiles) -> list[str]:
     """Write an answer on a model into a folder and return what was written: names relative to it.
 
     Raises
@@ -34,20 +31,13 @@ def write_safety(answer: Safety, failure: Failure, loaded: LoadedModel, added: A
     ModelError
         If the folder cannot be written to, or holds what bsm-mesh did not write.
     """
-    from bsm_mesh.pictures.safety_pictures import draw_mechanism, draw_movement
-
     title = loaded.model.title or loaded.path.stem
     head = {"title": title, "model_hash": loaded.model.digest, "report": loaded.file.report.model_dump()}
-    names = []
-
-    def add(written: dict[str, Callable[[Path], None]]) -> None:
-        for name, write in written.items():
-            with added.file(name) as draft:
-                write(draft)
-            names.append(name)
-
-    # Pictures last: whatever fails in them, the answer and its states are there.
-    add({ANSWER: partial(_write_json, {**head, **told_of(answer)}), "trials.csv": partial(_write_trials, answer)})
+    names = [ANSWER, "trials.csv"]
+    with added.file(ANSWER) as draft:
+        _write_json({**head, **told_of(answer)}, draft)
+    with added.file("trials.csv") as draft:
+        _write_trials(answer, draft)
     for name in STATES:
         value = getattr(answer, name)
         if value in answer.states:
@@ -55,9 +45,6 @@ def write_safety(answer: Safety, failure: Failure, loaded: LoadedModel, added: A
                 warnings.simplefilter("ignore", ResultsWarning)  # a law of the user's own is in no file
                 save_results(answer.states[value], place_in(added.folder.path, name, itself=True))
             names.append(f"{name}/")
-    add({"movement.png": lambda draft: draw_movement(answer, failure.movement, f"{title}: {answer}", draft)})
-    if answer.states:
-        add({"mechanism.png": lambda draft: draw_mechanism(answer, f"{title}: {answer}", draft)})
     return names
 
 

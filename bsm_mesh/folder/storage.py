@@ -21,11 +21,11 @@ from bsm_mesh.folder.history import HISTORY, read_history
 from bsm_mesh.folder.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, link_on_the_way, run_number
 from bsm_mesh.folder.result_tables import USUAL, OutputForm
 from bsm_mesh.folder.results_folder import ResultsFolder
-from bsm_mesh.folder.run_writer import Given, RunWriter
+from bsm_mesh.folder.run_writer import RunWriter
 from bsm_mesh.folder.summary import finished_stages, read_summary
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.modelfile.model_text import MODEL, files_of_model
+from bsm_mesh.modelfile.model_text import MODEL, Given, files_of_model
 from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall

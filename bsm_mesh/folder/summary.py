@@ -13,8 +13,6 @@ from typing import Any
 
 import numpy as np
 
-import bsm_mesh
-from bsm_mesh import __version__
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.older_results import NEXT, brought_up
 from bsm_mesh.folder.own_files import SUMMARY, is_inside
@@ -24,6 +22,7 @@ from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import extreme_stresses
+from bsm_mesh.version import __version__
 
 SCHEMA_VERSION = 4
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
@@ -87,7 +86,7 @@ def code_digest() -> str:
     A checkout may be changed under one version: what was computed before is then of another program.
     """
     state = hashlib.sha256(repr(versions()).encode())
-    root = Path(bsm_mesh.__file__).parent
+    root = Path(__file__).parents[1]
     for folder in (root, root / "converters", root / "geometries"):  # in a checkout the last two are links
         for path in sorted(folder.rglob("*.py")):
             state.update(f"{path.relative_to(root)}\n".encode())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,9 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import Faces
-from bsm_mesh.model.model import Model
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import numpy as np
 
+from bsm_mesh import doors
 from bsm_mesh.arrays import FloatArray, content_hash
 from bsm_mesh.errors import counted, raise_faults
 from bsm_mesh.model.blocks import Blocks
@@ -185,15 +186,11 @@ class Model:
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
         """
-        from bsm_mesh.pictures.plotting import plot_model
-
-        return plot_model(self, window, figure)
+        return doors.plot_model(self, window, figure)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of it."""
-        from bsm_mesh.pages.notebook import model_html
-
-        return model_html(self)
+        return doors.model_html(self)
 
     @property
     def digest(self) -> str:

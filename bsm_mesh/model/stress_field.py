@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.faces import find_faces
-from bsm_mesh.model.model import Model
 from bsm_mesh.model.water_pressure import WaterLoad
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
 
 INWARD = 1e-6  # of the way to the centroid: on which side of an interface a face's end counts
 ROUNDING = 1e-9  # m and over the level: a corner this far above the surface lies on it

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.face_water import FaceWater
-from bsm_mesh.model.model import Model
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.water_kernels import add_face_forces, add_field_change, end_forces
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
 
 
 class WaterLoad:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, raise_faults
-from bsm_mesh.modelfile.build_mesh import geometry_faults
 from bsm_mesh.modelfile.mesh_tables import LineFile
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
@@ -73,3 +73,14 @@ def _lines(along: Any, reach: Reach) -> list[FloatArray]:
     with geometry_faults():
         faults = read_traces(reach.path(along.file, "along"), names=names, scale=along.scale)
     return [np.asarray(line) for fault in faults for line in fault.lines]
+
+
+@contextmanager
+def geometry_faults() -> Iterator[None]:
+    """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
+    from bsm_mesh.geometries.errors import GeometryError
+
+    try:
+        yield
+    except GeometryError as error:
+        raise ModelError(error.faults) from error

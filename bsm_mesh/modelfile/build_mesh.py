@@ -13,6 +13,7 @@ from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import scratch_folder, unnamed_file
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import UNIT_OF_LENGTH
+from bsm_mesh.modelfile.build_marks import geometry_faults, marks_of
 from bsm_mesh.modelfile.mesh_tables import MeshTable
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 
 def read_blocks(file: ModelFile, path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
     """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
-    from bsm_mesh.modelfile.build_marks import marks_of
-
     mesh, groups = file.mesh, file.groups
     if (mesh.file is None) == (mesh.geometry is None):
         given = "neither is" if mesh.file is None else "both are"
@@ -117,14 +116,3 @@ def stdout_to_stderr() -> Iterator[None]:
             for line in lines:
                 if not line.startswith("Info "):
                     say(line, err=True)
-
-
-@contextmanager
-def geometry_faults() -> Iterator[None]:
-    """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
-    from bsm_mesh.geometries.errors import GeometryError
-
-    try:
-        yield
-    except GeometryError as error:
-        raise ModelError(error.faults) from error

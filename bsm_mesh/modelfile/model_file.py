@@ -11,13 +11,13 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from bsm_mesh import __version__
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.modelfile.build_parts import faults_of_parts
 from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.units import In
 from bsm_mesh.reading import refuse_special
+from bsm_mesh.version import __version__
 
 SCHEMA_VERSION = 1  # what ModelFile describes
 MAX_BYTES = 64 << 20

@@ -28,7 +28,6 @@ from bsm_mesh.modelfile.flow_tables import flow_content
 from bsm_mesh.text.beside_tables import NAME, table_of
 
 if TYPE_CHECKING:
-    from bsm_mesh.folder.run_writer import Given
     from bsm_mesh.model.model import Model
     from bsm_mesh.solve.options import Options
 
@@ -37,6 +36,8 @@ AS_RUN = "# The model as run by bsm-mesh: every default, SI units. The next run 
 NAMES = {kind: name for name, kind in LAWS.items()}
 
 Content = dict[str, Any]
+Given = Mapping[str, Callable[[Path], object]]
+"""Files that say what is run: their names, and what writes each."""
 
 
 class NoFormError(Exception):

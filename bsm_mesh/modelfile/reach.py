@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError
-from bsm_mesh.folder.own_files import BESIDE
 
+BESIDE = (".running", ".interrupted", ".former")  # endings of folders that a run keeps beside its results
 CURE = "if you trust the model file, leave out --no-scripts (in Python: scripts=False)"
 
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
+from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.modelfile.build_parts import make_joint, make_rock
 from bsm_mesh.modelfile.model_file import read_toml, sentences
 from bsm_mesh.modelfile.reach import Reach
@@ -22,8 +24,6 @@ from bsm_mesh.modelfile.space_tables import (
     SlopeTable,
     SpaceFile,
 )
-from bsm_mesh.errors import ModelError, nearest, raise_faults
-from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 if TYPE_CHECKING:

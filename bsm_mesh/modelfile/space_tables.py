@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
+from bsm_mesh.model import quantities as q
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import OutputTable
 from bsm_mesh.modelfile.units import In, Lines, convert, schema_of
-from bsm_mesh.model import quantities as q
 
 
 def _vector(value: object) -> tuple[float, float, float]:

@@ -21,8 +21,8 @@ from bsm_mesh.model.changes import NAMES, Change, change_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import Quantity
 from bsm_mesh.modelfile.build import LoadedModel, build_model
-from bsm_mesh.modelfile.build_marks import places_in
-from bsm_mesh.modelfile.build_mesh import geometry_faults, read_blocks
+from bsm_mesh.modelfile.build_marks import geometry_faults, places_in
+from bsm_mesh.modelfile.build_mesh import read_blocks
 from bsm_mesh.modelfile.keys import PARTS, entry_number, key_parts, put, quantity_in
 from bsm_mesh.modelfile.model_file import read_toml, validated
 from bsm_mesh.modelfile.model_tables import ModelFile

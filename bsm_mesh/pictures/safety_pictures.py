@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.pictures.canvas import FALLS, LINE, ROCKS, Sheet, add_key, new_sheet
 from bsm_mesh.pictures.figures import TEXT, entitle, paper, save
 from bsm_mesh.pictures.joint_pictures import draw_state
@@ -28,6 +29,17 @@ COLOURS = {Verdict.STABLE: "#2e7d32", Verdict.UNSTABLE: "#c62828", Verdict.UNDEC
 MARKS = {Verdict.STABLE: "o", Verdict.UNSTABLE: "s", Verdict.UNDECIDED: "D"}
 LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is told apart in the picture
 SHOWN = 0.5  # sizes of the largest block that fails: what moved farther is drawn no farther, what moved less as far
+
+
+def draw_safety(answer: Safety, movement: float, title: str, added: AddedFiles) -> list[str]:
+    """Draw the pictures of an answer into its folder, and return their names; `movement` counts as failure."""
+    with added.file("movement.png") as draft:
+        draw_movement(answer, movement, title, draft)
+    if not answer.states:
+        return ["movement.png"]
+    with added.file("mechanism.png") as draft:
+        draw_mechanism(answer, title, draft)
+    return ["movement.png", "mechanism.png"]
 
 
 def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Path) -> None:

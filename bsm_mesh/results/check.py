@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.records import StageResult
-from bsm_mesh.results.results import Results
+
+if TYPE_CHECKING:
+    from bsm_mesh.results.results import Results
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

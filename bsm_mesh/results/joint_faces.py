@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from bsm_mesh.model.faces import Faces, find_faces
 from bsm_mesh.results.contact_shares import Cover, Shares, cover_of, joined_shares, shares_of_contacts
 from bsm_mesh.results.movement import as_given, displacement_of, turned
 from bsm_mesh.results.records import ContactStatus, StageResult
-from bsm_mesh.results.results import Results
 from bsm_mesh.results.water_faces import wet_parts
+
+if TYPE_CHECKING:
+    from bsm_mesh.results.results import Results
 
 SHORTEST = 0.01  # of a given face: a shorter part that no contact stands for is rounding
 HELD = 1e-9  # of the face: blocks that move less against each other are both held, and have no contacts

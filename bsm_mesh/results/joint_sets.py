@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from bsm_mesh.results.joint_faces import JointFaces, joint_faces
 from bsm_mesh.results.records import StageResult
-from bsm_mesh.results.results import Results
+
+if TYPE_CHECKING:
+    from bsm_mesh.results.results import Results
 
 ROCK_FACE = "unjointed rock"
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+from bsm_mesh import doors
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import counted, named_stage, numbered, shortened
 from bsm_mesh.model.blocks import Blocks
@@ -158,15 +159,11 @@ class Results:
         ModelError
             If there is no such picture or stage, nothing to show in it, or the window is none, or of a chart.
         """
-        from bsm_mesh.pictures.plotting import plot_results
-
-        return plot_results(self, picture, stage, window, figure, beside)
+        return doors.plot_results(self, picture, stage, window, figure, beside)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of them."""
-        from bsm_mesh.pages.notebook import results_html
-
-        return results_html(self)
+        return doors.results_html(self)
 
     def check(self) -> Check:
         """Return how well every stage is in equilibrium, computed anew from the forces alone."""
@@ -193,11 +190,8 @@ class Results:
         ModelError
             If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
         """
-        from bsm_mesh.folder.result_tables import OutputForm
-        from bsm_mesh.folder.storage import save_results
-
-        form = OutputForm(tables=tables, compression=compression)
-        return save_results(self, as_path("Results.save: folder", folder), form=form)
+        form = doors.OutputForm(tables=tables, compression=compression)
+        return doors.save_results(self, as_path("Results.save: folder", folder), form=form)
 
     def to_meshio(self, kind: str = "blocks", stage: int | str = -1) -> Any:
         """Return a ``meshio.Mesh`` of a kind at the end of a stage, as ``meshio.read`` gives it of the VTU file.
@@ -214,9 +208,7 @@ class Results:
         ModelError
             If there is no such stage, or nothing of the kind in it.
         """
-        from bsm_mesh.folder.result_objects import to_meshio
-
-        return to_meshio(self, kind, stage)
+        return doors.to_meshio(self, kind, stage)
 
     def to_pyvista(self, kind: str = "blocks", stage: int | str = -1) -> Any:
         """Return a ``pyvista.UnstructuredGrid`` of a kind at the end of a stage; parameters as for `to_meshio`.
@@ -229,9 +221,7 @@ class Results:
         ModelError
             As `to_meshio`, or if PyVista is not installed.
         """
-        from bsm_mesh.folder.result_objects import to_pyvista
-
-        return to_pyvista(self, kind, stage)
+        return doors.to_pyvista(self, kind, stage)
 
     def to_pandas(self, table: str = "blocks") -> Any:
         """Return a ``pandas.DataFrame`` of all stages, one below the other, with units in ``attrs["units"]``.
@@ -246,9 +236,7 @@ class Results:
         ModelError
             If there is no such table, or pandas is not installed.
         """
-        from bsm_mesh.folder.result_tables import to_pandas
-
-        return to_pandas(self, table)
+        return doors.to_pandas(self, table)
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Results:
@@ -259,6 +247,4 @@ class Results:
         ModelError
             If the folder holds no results, or a file of them is not as it was written.
         """
-        from bsm_mesh.folder.storage import load_results
-
-        return load_results(as_path("Results.load: folder", folder))
+        return doors.load_results(as_path("Results.load: folder", folder))

@@ -15,10 +15,10 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
 from bsm_mesh.results.results import Results
-from bsm_mesh.run import solve
 from bsm_mesh.safety.criterion import Ended
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Resumption
+from bsm_mesh.solving import solve
 
 Start: TypeAlias = Literal["stage", "after", "throughout"]
 Change: TypeAlias = Callable[[Model, float], Model]

@@ -71,7 +71,7 @@ def _told(error: BaseException) -> str:
 
 
 def _version() -> str:
-    from bsm_mesh import __version__
+    from bsm_mesh.version import __version__
 
     return __version__
 

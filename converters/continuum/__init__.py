@@ -15,7 +15,8 @@ from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.outside import OutsideComparison, compare_with
 from bsm_mesh.converters.continuum.refinement import Refinement
 from bsm_mesh.converters.continuum.sections import Section, blocks_on_line
-from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum, solve_continuum_stages
+from bsm_mesh.converters.continuum.solution import ContinuumSolution
+from bsm_mesh.converters.continuum.solving import solve_continuum, solve_continuum_stages
 from bsm_mesh.converters.meshes.foreign_files import read_foreign
 
 __all__ = [

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.conform import conforming
 from bsm_mesh.converters.meshes.line_cuts import REACH, cut_elements, grid_of
-from bsm_mesh.converters.meshes.marks import along_line, with_joint
 from bsm_mesh.converters.meshes.nodes_on_lines import lead_through, move_nodes
 from bsm_mesh.converters.meshes.report import MOST_LOST, Note, NoteKind, places
 from bsm_mesh.converters.meshes.segments import Segments
@@ -104,3 +104,27 @@ def _lengths(lines: FloatArray, blocks: Blocks) -> tuple[float, float]:
     near = np.unique(shapely.STRtree(polygons).query(drawn, predicate="dwithin", distance=REACH * grid))
     around = shapely.buffer(shapely.union_all(polygons[near]), REACH * grid, join_style="mitre")
     return float(shapely.length(drawn)), float(shapely.length(shapely.intersection(drawn, around)))
+
+
+def with_joint(blocks: Blocks, joint: str, edges: LongArray | IntArray) -> Blocks:
+    """Return blocks with a joint on those of the edges that bear none."""
+    free = edges[blocks.edge_joint[edges] < 0]
+    if not free.size:
+        return blocks
+    names = blocks.joint_names if joint in blocks.joint_names else (*blocks.joint_names, joint)
+    edge_joint = blocks.edge_joint.copy()
+    edge_joint[free] = names.index(joint)
+    return replace(blocks, edge_joint=edge_joint, joint_names=names)
+
+
+def along_line(ends: FloatArray, lines: Sequence[FloatArray], off: FloatArray | float) -> BoolArray:
+    """Return which edges, by their ends (k, 2, 2), lie along one of the lines, to a distance `off` [m]."""
+    import shapely
+
+    line = shapely.multilinestrings([shapely.linestrings(one) for one in lines])
+    shapely.prepare(line)
+    near: BoolArray = np.ones(len(ends), dtype=np.bool_)
+    for share in (0.0, 0.5, 1.0):
+        points = shapely.points((1 - share) * ends[:, 0] + share * ends[:, 1])
+        near &= shapely.dwithin(line, points, np.broadcast_to(off, len(ends)))
+    return near

@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.cells import MeshCells
+from bsm_mesh.converters.meshes.laid_lines import along_line, lay_lines, with_joint
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
@@ -88,8 +89,6 @@ def mark(blocks: Blocks, marks: Marks, cells: MeshCells, block_of: LongArray) ->
     ModelError
         With every name that is not there, and every boundary on which there is no edge.
     """
-    from bsm_mesh.converters.meshes.laid_lines import lay_lines
-
     notes: list[Note] = []
     parent: LongArray = np.arange(blocks.count)
     if marks.lines:
@@ -118,17 +117,6 @@ def mark(blocks: Blocks, marks: Marks, cells: MeshCells, block_of: LongArray) ->
     return blocks, tuple(notes)
 
 
-def with_joint(blocks: Blocks, joint: str, edges: LongArray | IntArray) -> Blocks:
-    """Return blocks with a joint on those of the edges that bear none."""
-    free = edges[blocks.edge_joint[edges] < 0]
-    if not free.size:
-        return blocks
-    names = blocks.joint_names if joint in blocks.joint_names else (*blocks.joint_names, joint)
-    edge_joint = blocks.edge_joint.copy()
-    edge_joint[free] = names.index(joint)
-    return replace(blocks, edge_joint=edge_joint, joint_names=names)
-
-
 def edges_at(blocks: Blocks, place: Place) -> IntArray:
     """Return the edges of the rim at a place, (k,)."""
     rim = np.flatnonzero(blocks.edge_table.unpaired())
@@ -145,19 +133,6 @@ def edges_at(blocks: Blocks, place: Place) -> IntArray:
 
 def _minus(value: float | None) -> float | None:
     return None if value is None else -value
-
-
-def along_line(ends: FloatArray, lines: Sequence[FloatArray], off: FloatArray | float) -> BoolArray:
-    """Return which edges, by their ends (k, 2, 2), lie along one of the lines, to a distance `off` [m]."""
-    import shapely
-
-    line = shapely.multilinestrings([shapely.linestrings(one) for one in lines])
-    shapely.prepare(line)
-    near: BoolArray = np.ones(len(ends), dtype=np.bool_)
-    for share in (0.0, 0.5, 1.0):
-        points = shapely.points((1 - share) * ends[:, 0] + share * ends[:, 1])
-        near &= shapely.dwithin(line, points, np.broadcast_to(off, len(ends)))
-    return near
 
 
 Membership = tuple[BoolArray, BoolArray] | LongArray  # of blocks: in the one, in the other; or a value

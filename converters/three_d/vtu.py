@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.vtk_files import POLYGON, POLYHEDRON, Compression, Faces, Grid, numbered, write_vtu
+from bsm_mesh.converters.vtk_files import Compression, Faces, Grid, write_vtu
+from bsm_mesh.converters.vtu_content import POLYGON, POLYHEDRON, numbered
 from bsm_mesh.errors import ModelError
 from bsm_mesh.reading import as_path
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra

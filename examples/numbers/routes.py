@@ -9,8 +9,8 @@ import numpy as np
 
 import bsm_mesh as bsm
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.run import solve
 from bsm_mesh.solve.continuation.plan import OTHERS
+from bsm_mesh.solving import solve
 
 ORDERS = (1, 2)  # seeds
 

@@ -7,7 +7,8 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.converters import three_d as files
 from bsm_mesh.converters.three_d.pictures import _faces, _kinds
-from bsm_mesh.converters.vtk_files import load_vtk, names_in
+from bsm_mesh.converters.vtk_files import names_in
+from bsm_mesh.converters.vtu_content import load_vtk
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.polygons import vector_areas
 from tests.scenes.rock_3d import planes, tunnel_rock
@@ -107,5 +108,5 @@ def test_one_looks_at_what_comes_down():
     blocks = roof()
     found = bsm.key_blocks(blocks, rocks=ROCK, joints=[joint("J1")], excavated=["cavern"], free=["south", "north"])
     kind = _kinds(found)
-    faces, drawn, outward = _faces(blocks, found, kind)
+    _, drawn, outward = _faces(blocks, found, kind)
     assert_allclose(outward[(drawn == 4) & (outward[:, 2] < 0)].sum(axis=0), (0, 0, -4), atol=1e-9)

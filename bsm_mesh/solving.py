@@ -1,0 +1,177 @@
+"""Solve a model: from what is given to what came out, by one route or several."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from bsm_mesh.errors import ModelError
+
+if TYPE_CHECKING:
+    from bsm_mesh.arrays import IntArray
+    from bsm_mesh.model.model import Model
+    from bsm_mesh.results.evidence import Proof
+    from bsm_mesh.results.records import StageResult, StepRecord
+    from bsm_mesh.results.results import Results
+    from bsm_mesh.solve.continuation.plan import Route
+    from bsm_mesh.solve.options import Options
+    from bsm_mesh.solve.stages.checkpoint import Resumption
+    from bsm_mesh.solve.stages.scheme import Reporter, Scheme
+
+Observer: TypeAlias = "Callable[[StepRecord], None]"
+Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
+Finished: TypeAlias = "Callable[[Results], None]"
+Output: TypeAlias = "str | os.PathLike[str] | Literal[False] | None"
+
+
+def spread(results: Results, report: Reporter = lambda text: None) -> Results:
+    """Return results with where other routes lead (`Results.spread`): other methods first, loads in parts.
+
+    Parameters
+    ----------
+    results : Results
+        What `run` returned.
+    report : callable
+        Told what is being done, a few words each.
+
+    Raises
+    ------
+    ModelError
+        If the results are not of the continuation (other schemes have one route), or were read back.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> model = bsm.Model(
+    ...     blocks=bsm.Blocks.from_polygons(
+    ...         [[(0, 0), (3, 0), (3, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="granite"
+    ...     ),
+    ...     rocks=[bsm.Rock("granite", unit_weight=26e3)],
+    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
+    ...     default_joint="J1",
+    ...     supports=[bsm.Fixed(blocks=[0])],
+    ... )
+    >>> results = bsm.spread(bsm.run(model))
+    >>> {end.status.value for end in results.spread}
+    {'stable'}
+    """
+    from dataclasses import replace
+
+    from bsm_mesh.results.results import Results
+    from bsm_mesh.results.spread import route_end
+    from bsm_mesh.solve.continuation.plan import OTHERS, USUAL
+
+    if not isinstance(results, Results):
+        raise ModelError(f"spread: {type(results).__name__} is no bsm.Results; give what bsm.run returned")
+    model, options = results.model, results.options
+    if model is None or options is None:
+        raise ModelError("spread: these results were read back, without their model; give what bsm.run returned")
+    refuse_one_route(options)
+    ends = [route_end(USUAL.name, results, results)]
+    for route in OTHERS:
+        report(f"spread: {route.name}")
+        ends.append(route_end(route.name, solve(_in_parts(model, route.parts), options, route=route), results))
+    return replace(results, spread=tuple(ends))
+
+
+def refuse_one_route(options: Options) -> None:
+    """Raise a `ModelError` where a way to solve has no other routes."""
+    if options.scheme != "continuation":
+        raise ModelError(f"spread: scheme = '{options.scheme}' has one route; only 'continuation' has others")
+
+
+def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:
+    """Return a model whose stages release the excavation forces in more parts."""
+    from dataclasses import replace
+
+    def finer(relaxation: tuple[float, ...]) -> tuple[float, ...]:
+        before, found = 0.0, []
+        for part in relaxation:
+            found += [before + share * (part - before) for share in parts]
+            before = part
+        return tuple(found)
+
+    return model.replace(stages=[replace(stage, relaxation=finer(stage.relaxation)) for stage in model.stages])
+
+
+def solve(
+    model: Model,
+    options: Options,
+    observer: Observer | None = None,
+    report: Reporter = lambda text: None,
+    snapshot: Snapshot = lambda record, results: None,
+    finished: Finished = lambda results: None,
+    resumption: Resumption | None = None,
+    route: Route | None = None,
+    *,
+    proves: bool = True,
+) -> Results:
+    """Return the results of a model, from where `resumption` says, by a route; other arguments as in `run`.
+
+    `proves` says whether limit analysis is asked to prove what is unstable.
+    """
+    from bsm_mesh.results.evidence import Proof
+    from bsm_mesh.results.histories import Recorder
+    from bsm_mesh.results.results import Results
+    from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
+    from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
+
+    report("contacts")
+    ready = make_ready(model, options)
+    notes, flow, pressed = ready.notes, ready.flow, ready.model
+    scheme: Scheme
+    if options.scheme == "linear":
+        from bsm_mesh.solve.linear.scheme import LinearScheme
+
+        scheme = LinearScheme(pressed, options, report, ready.contacts)
+    else:
+        from bsm_mesh.solve.continuation.plan import USUAL
+        from bsm_mesh.solve.continuation.scheme import ContinuationScheme
+
+        scheme = ContinuationScheme(pressed, options, report, route or USUAL)
+    del ready  # of a million blocks 1 GB
+    model_digest, recorder = model.digest, Recorder(model)
+
+    def results(stages: tuple[StageResult, ...], *, finished: bool = True) -> Results:
+        return Results(
+            blocks=model.blocks,
+            joint_names=tuple(joint.name for joint in model.joints),
+            stages=stages,
+            scheme=options.scheme,
+            linear_solver=scheme.linear_solver,
+            tolerance=options.tolerance,
+            model_digest=model_digest,
+            title=model.title,
+            default_joint=model.default_joint,
+            recorded=recorder.recorded,
+            finished=finished,
+            model=model,
+            options=options,
+        )
+
+    def watch(record: StepRecord, stage: Callable[[], StageResult]) -> None:
+        if observer is not None:
+            observer(record)
+        snapshot(record, lambda: results((stage(),), finished=False))
+
+    def check(stage: StageResult) -> tuple[str, ...]:
+        return results((stage,)).check().faults
+
+    def prove(part: Model, down: IntArray) -> Proof:
+        from bsm_mesh.solve.limit.proof import prove as proof_of  # of what comes down only
+
+        if not proves:
+            return Proof(text="no proof was asked for")
+        report("limit analysis")
+        return proof_of(part, down)
+
+    def end(stages: tuple[StageResult, ...]) -> None:
+        finished(results(stages, finished=False))
+
+    def record(stage: Callable[[], StageResult]) -> tuple[float, ...]:
+        return recorder.measure(results((stage(),), finished=False)) if model.histories else ()
+
+    begun = resumption or AT_THE_START
+    to_do = (pressed, scheme, report, watch, check, prove, end, options.falls, notes, begun, record, flow)
+    return results(solve_stages(*to_do))
