@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bsm_mesh.model.quantity import typed
 from bsm_mesh.modelfile.build_mesh import stdout_to_stderr
-from bsm_mesh.modelfile.units import typed
 from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.safety.measurements import BackAnalysis, Measured, back_analysis
 from bsm_mesh.text.progress import Progress

@@ -11,9 +11,9 @@ from bsm_mesh.commands.comparing import ERROR_HEADER, NOT_COMPARED, drawn, error
 from bsm_mesh.errors import ModelError, named_stage, placed
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import COORDINATE, STRESS, Quantity
+from bsm_mesh.model.quantities import COORDINATE, STRESS
+from bsm_mesh.model.quantity import Quantity, in_unit
 from bsm_mesh.modelfile.build import load_model_file
-from bsm_mesh.modelfile.units import in_unit
 from bsm_mesh.run import run
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.tables import print_table

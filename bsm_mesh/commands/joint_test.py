@@ -17,9 +17,9 @@ from bsm_mesh.model.bolt_layout import label
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import SHEAR_MOVEMENT, STIFFNESS, TEST_STRESS, Quantity
+from bsm_mesh.model.quantities import SHEAR_MOVEMENT, STIFFNESS, TEST_STRESS
+from bsm_mesh.model.quantity import Quantity, convert
 from bsm_mesh.modelfile.build import load_model_file
-from bsm_mesh.modelfile.units import convert
 from bsm_mesh.named_units import LENGTHS, unit_in
 from bsm_mesh.named_units import STRESSES as STRESS_UNITS
 from bsm_mesh.pictures.joint_test_pictures import Laboratory, draw_bolt, draw_closure, draw_opening, draw_shear

@@ -9,9 +9,9 @@ from typing import Any
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.safety_files import write_safety
+from bsm_mesh.model.quantity import typed
 from bsm_mesh.modelfile.build import LoadedModel, load_model_file
 from bsm_mesh.modelfile.build_mesh import stdout_to_stderr
-from bsm_mesh.modelfile.units import typed
 from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.pictures.safety_pictures import draw_safety
 from bsm_mesh.safety.answer import Safety

@@ -13,13 +13,13 @@ import numpy as np
 from pydantic import ConfigDict, Field, ValidationError
 
 from bsm_mesh.errors import ModelError, counted, placed, raise_faults
-from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT, Quantity
+from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT
+from bsm_mesh.model.quantity import Quantity, number_of
 from bsm_mesh.modelfile.keys import key_parts
 from bsm_mesh.modelfile.mesh_tables import PathText, Table
 from bsm_mesh.modelfile.model_file import read_toml, sentences
 from bsm_mesh.modelfile.model_tables import ReportTable
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.units import In, number_of
 from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.studies.distributions import Distribution
 from bsm_mesh.studies.sampling import Correlation, Method, Plan, Seeds, Source, Value, Values, make_plan
@@ -84,7 +84,7 @@ class StudyFile(Table):
     correlation: list[CorrelationTable] = Field(default_factory=list)
     scatter: dict[str, ScatterTable] = Field(default_factory=dict)
     answers: list[Answer] = Field(default=["verdict", "movements"], min_length=1)
-    movement_limit: Annotated[float, In(DISPLACEMENT_LIMIT)] | None = Field(
+    movement_limit: Annotated[float, DISPLACEMENT_LIMIT] | None = Field(
         default=None, description="a run that comes to rest farther away counts as one that fails"
     )
     safety: SafetyTable = Field(default_factory=SafetyTable)

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from bsm_mesh.errors import as_given, nearest, raise_faults
-from bsm_mesh.model.quantities import DISTANCE, Quantity
+from bsm_mesh.model.quantities import DISTANCE
+from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.values import Rules, parts_of, plain_numbers
 
 VALUE = Quantity(least=-1e13, most=1e13, example="0.008")

@@ -20,7 +20,8 @@ from bsm_mesh.model.loads import (
     Traction,
 )
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import COORDINATE, DIRECTION, LOAD_FACTOR, Quantity
+from bsm_mesh.model.quantities import COORDINATE, DIRECTION, LOAD_FACTOR
+from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.water import Water
 
 NAMES = "load.N.factor, stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right"

@@ -8,15 +8,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from bsm_mesh.arrays import ReadOnlyMapping
 from bsm_mesh.errors import as_given, raise_faults
-from bsm_mesh.model.quantities import (
-    APERTURE,
-    COORDINATE,
-    DISCHARGE,
-    FLOW_TOLERANCE,
-    ROUNDS,
-    VISCOSITY,
-    WATER_WEIGHT,
-)
+from bsm_mesh.model.quantities import APERTURE, COORDINATE, DISCHARGE, FLOW_TOLERANCE, ROUNDS, VISCOSITY, WATER_WEIGHT
 from bsm_mesh.model.values import Rules, parts_of, plain_numbers
 from bsm_mesh.model.water import WATER
 

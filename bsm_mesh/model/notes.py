@@ -15,7 +15,8 @@ from bsm_mesh.model.joint_laws import MohrCoulomb
 from bsm_mesh.model.loads import InSituTraction
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import GRAVITY_PART, STRESS_RATIO, Quantity, quantities_of
+from bsm_mesh.model.quantities import GRAVITY_PART, STRESS_RATIO, quantities_of
+from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import Fixed, unit_vector
 from bsm_mesh.model.unused import unused_in, used_joints, used_rocks

@@ -9,101 +9,13 @@ beyond is a slip of the pen, or more than double precision bears. What is allowe
 from __future__ import annotations
 
 import inspect
-import math
 import sys
 import types
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Quantity:
-    """A kind of number.
-
-    Attributes
-    ----------
-    unit : str
-        As pint reads it; empty for a pure number.
-    above, least, below, most : float
-        The range: more than `above`, `least` or more, less than `below`, `most` or less.
-    usual : pair of float, optional
-        What is usual, both ends included; elsewhere a number is noted.
-    usual_why : str
-        What is known of what is beyond the usual, for the note.
-    example : str
-        How it may be given in the model file.
-    why : str
-        What is wrong beyond the range, or what is meant, for the message.
-    whole : bool
-        Whether it must be a whole number.
-
-    Examples
-    --------
-    >>> FRICTION.holds(35), FRICTION.holds(90), FRICTION.rule
-    (True, False, 'must be at least 0 and below 90 degrees')
-    """
-
-    unit: str = ""
-    above: float = -math.inf
-    least: float = -math.inf
-    below: float = math.inf
-    most: float = math.inf
-    usual: tuple[float, float] | None = None
-    usual_why: str = ""
-    example: str
-    why: str = ""
-    whole: bool = False
-
-    def holds(self, value: float) -> bool:
-        """Return whether a number is in the range; NaN is in none."""
-        return self.above < value < self.below and self.least <= value <= self.most
-
-    @property
-    def span(self) -> str:
-        """The range in words, with its unit."""
-        if self.above == -math.inf and self.below == math.inf:
-            text = f"{shown(self.least)} to {shown(self.most)}"
-        else:
-            low = f"above {shown(self.above)}" if self.above > -math.inf else f"at least {shown(self.least)}"
-            high = f"below {shown(self.below)}" if self.below < math.inf else f"at most {shown(self.most)}"
-            text = f"{low} and {high}"
-        return f"{text} {self.unit}".rstrip()
-
-    @property
-    def usual_span(self) -> str:
-        """What is usual in words, with its unit; empty where anything is."""
-        if self.usual is None:
-            return ""
-        return f"{shown(self.usual[0])} to {shown(self.usual[1])} {self.unit}".rstrip()
-
-    @property
-    def rule(self) -> str:
-        """What a number must be, and why."""
-        return self._rule("")
-
-    @property
-    def rule_in_file(self) -> str:
-        """What a number of a model file must be, how it is given, and why."""
-        return self._rule(f", for example {self.example}")
-
-    def _rule(self, example: str) -> str:
-        whole = "a whole number, " if self.whole else ""
-        return f"must be {whole}{self.span}{example}" + (f"; {self.why}" if self.why else "")
-
-
-def shown(number: float) -> str:
-    """Return a number as it is written by hand.
-
-    Examples
-    --------
-    >>> shown(1e6), shown(0.0001), shown(5000)
-    ('1e6', '1e-4', '5000')
-    """
-    if number == 0 or 1e-3 <= abs(number) < 1e6:
-        return f"{number:g}"
-    digits, power = f"{number:e}".split("e")
-    return f"{float(digits):g}e{int(power)}"
+from bsm_mesh.model.quantity import Quantity
 
 
 @cache
@@ -113,22 +25,21 @@ def quantities_of(owner: type[Any]) -> dict[str, tuple[Quantity, bool]]:
         return {}
     found: dict[str, tuple[Quantity, bool]] = {}
     for field in fields(owner):
-        parts = _members(_hint(owner, field.name))
+        parts = _members(hint_of(owner, field.name)) if "Annotated[" in str(field.type) else ()
         marks = [mark for part in parts for mark in getattr(part, "__metadata__", ()) if isinstance(mark, Quantity)]
         if marks:
             found[field.name] = marks[0], types.NoneType in parts
     return found
 
 
-def _hint(owner: type[Any], name: str) -> Any:
-    """Return the annotation of a field that bears a quantity; others may name what is only there for type checkers."""
+def hint_of(owner: type[Any], name: str) -> Any:
+    """Return the type of a field of a dataclass, whatever other fields name for type checkers only."""
     base = next(base for base in owner.__mro__ if name in inspect.get_annotations(base))
     hint = inspect.get_annotations(base)[name]
-    if isinstance(hint, str) and "Annotated[" in hint:
-        return get_type_hints(
-            types.SimpleNamespace(__annotations__={name: hint}), vars(sys.modules[base.__module__]), include_extras=True
-        )[name]
-    return hint
+    if not isinstance(hint, str):
+        return hint
+    one = types.SimpleNamespace(__annotations__={name: hint})
+    return get_type_hints(one, vars(sys.modules[base.__module__]), include_extras=True)[name]
 
 
 def _members(hint: Any) -> tuple[Any, ...]:

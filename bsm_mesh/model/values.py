@@ -11,7 +11,8 @@ from typing import Any, SupportsFloat
 import numpy as np
 
 from bsm_mesh.errors import as_given, nearest, one_line
-from bsm_mesh.model.quantities import COORDINATE, Quantity, quantities_of
+from bsm_mesh.model.quantities import COORDINATE, quantities_of
+from bsm_mesh.model.quantity import Quantity
 
 STRANGE = (
     "holds a line break or a control character, as no name may; rename it (a group of a mesh is renamed by [groups])"

@@ -10,9 +10,9 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_patterns import ENDS, bolts_from_table, bolts_on_curves, radial_bolts, row_of_bolts
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.quantities import COORDINATE, quantities_of
+from bsm_mesh.model.quantity import convert
 from bsm_mesh.modelfile.bolt_tables import BoltTable
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.units import convert
 
 PLACES = ("start", "end", "radial", "row", "curve", "table")
 QUANTITIES = {  # of the columns of a table

@@ -13,11 +13,11 @@ from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import scratch_folder, unnamed_file
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import UNIT_OF_LENGTH
+from bsm_mesh.model.quantity import convert
 from bsm_mesh.modelfile.build_marks import geometry_faults, marks_of
 from bsm_mesh.modelfile.mesh_tables import MeshTable
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.units import convert
 from bsm_mesh.text.interruption import heed_again
 from bsm_mesh.text.terminal import say
 

@@ -19,6 +19,7 @@ from bsm_mesh.model.quantities import quantities_of
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.model.water import Water
+from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.flow_tables import FlowTable, make_flow, make_flow_change
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import Table
@@ -54,23 +55,8 @@ def make_joint(name: str, table: JointTable) -> Joint:
     with placed(f"joint '{name}'"):
         filling = None if table.filling is None else Filling(**table.filling.model_dump())
         law = _law(table)
-    return Joint(
-        name,
-        normal_stiffness=table.normal_stiffness,
-        shear_stiffness=table.shear_stiffness,
-        filling=filling,
-        law=law,
-        tensile_strength=table.tensile_strength or 0.0,
-        residual_tensile_strength=table.residual_tensile_strength,
-        max_closure=table.max_closure,
-        dilation_angle=table.dilation_angle,
-        dilation_slip=table.dilation_slip,
-        shear_stiffness_exponent=table.shear_stiffness_exponent,
-        reference_stress=table.reference_stress,
-        crushing_strength=table.crushing_strength,
-        aperture=table.aperture,
-        residual_aperture=table.residual_aperture,
-    )
+    own = given_in(table, Joint, without=("filling", "law", "tensile_strength"))
+    return Joint(name, **own, filling=filling, law=law, tensile_strength=table.tensile_strength or 0.0)
 
 
 def _law(table: JointTable) -> JointLaw | None:
@@ -193,15 +179,10 @@ def make_stage(table: StageTable) -> Stage:
     """Return a stage."""
     place = f"stage '{table.name}'"
     return Stage(
-        name=table.name,
-        excavate=tuple(table.excavate),
-        fill=tuple(table.fill),
-        relaxation=tuple(table.relaxation),
-        pressure=table.pressure,
+        **given_in(table, Stage, without=("water", "flow", "gravity")),
         water=None if table.water is None else make_water(table.water, place),
         flow=None if table.flow is None else make_flow_change(table.flow, f"{place}: flow"),
         loads=tuple(make_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),
-        strength=table.strength,
         gravity=None if table.gravity is None else (table.gravity.horizontal, table.gravity.vertical),
     )
 

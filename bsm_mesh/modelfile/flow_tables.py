@@ -2,48 +2,45 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Annotated, Any
 
 from pydantic import Field
 
 from bsm_mesh.errors import placed
 from bsm_mesh.model import quantities as q
-from bsm_mesh.model.flow import OF_WATER, Coupling, Drain, Flow, FlowChange, Grout, Well
-from bsm_mesh.model.water import WATER
+from bsm_mesh.model.flow import Drain, Flow, FlowChange, Grout, Well
+from bsm_mesh.modelfile.class_keys import given_in, keys_of
 from bsm_mesh.modelfile.mesh_tables import Table
-from bsm_mesh.modelfile.units import In, Point
+from bsm_mesh.modelfile.units import Point
 
 
+@keys_of(Drain)
 class DrainTable(Table):
     """A drain: a hole that lets water out of all joints it crosses."""
 
     start: Point
     end: Point
-    level: Annotated[float, In(q.COORDINATE)] | None = Field(
-        default=None, description="of the water that stands in it; default: open to the air all along"
-    )
 
 
+@keys_of(Well)
 class WellTable(Table):
     """A well, in the nearest joint."""
 
     point: Point
-    discharge: Annotated[float, In(q.DISCHARGE)] = Field(
-        description="taken out per metre of thickness, m2/s, or as much as flows to it; negative: put in"
-    )
 
 
+@keys_of(Grout)
 class GroutTable(Table):
     """A region in which joints are grouted."""
 
     polygon: list[Point] = Field(description="its corners")
-    aperture: Annotated[float, In(q.APERTURE)] = Field(default=0.0, description="of grouted joints; 0: sealed")
 
 
 class FlowPartsTable(Table):
     """What lets water in or out, and what keeps it."""
 
-    head: dict[str, Annotated[float, In(q.COORDINATE)]] = Field(
+    head: dict[str, Annotated[float, q.COORDINATE]] = Field(
         default_factory=dict, description="level of the water at boundaries, by name"
     )
     seepage: list[str] = Field(default_factory=list, description="boundaries that are open to the air")
@@ -58,23 +55,18 @@ class FlowChangeTable(FlowPartsTable):
     closed: list[str] = Field(default_factory=list, description="boundaries that let no water through from now on")
 
 
+@keys_of(Flow, without=("drains", "wells"))
 class FlowTable(FlowPartsTable):
     """Steady flow of water in the joints."""
 
-    unit_weight: Annotated[float, In(q.WATER_WEIGHT)] = WATER
-    viscosity: Annotated[float, In(q.VISCOSITY)] = Field(default=OF_WATER, description="dynamic")
-    coupling: Coupling = Field(default="two_way", description="one_way: apertures are as given, whatever blocks do")
-    tolerance: Annotated[float, In(q.FLOW_TOLERANCE)] = Field(
-        default=1e-4, description="pressures change by less in the last turn, over the greatest"
-    )
-    max_rounds: Annotated[int, In(q.ROUNDS)] = Field(default=50, description="turns before a stage is not converged")
+
+PARTS = ("head", "seepage", "drains", "wells", "grout")
 
 
 def make_flow(table: FlowTable) -> Flow:
     """Return the flow in the joints."""
     with placed("[flow]"):
-        others = table.model_dump(exclude=set(FlowPartsTable.model_fields))
-        return Flow(**_parts(table), **others)
+        return Flow(**_parts(table), **given_in(table, Flow, without=PARTS))
 
 
 def make_flow_change(table: FlowChangeTable, place: str) -> FlowChange:
@@ -106,7 +98,7 @@ def flow_content(flow: Flow | FlowChange) -> dict[str, Any]:
     }
     if isinstance(flow, FlowChange):
         return {key: value for key, value in (parts | {"closed": list(flow.closed)}).items() if value}
-    settings = ("unit_weight", "viscosity", "coupling", "tolerance", "max_rounds")
+    settings = [field.name for field in fields(Flow) if field.name not in PARTS]
     given = {key: value for key, value in parts.items() if value}
     return given | {name: getattr(flow, name) for name in settings}
 

@@ -8,10 +8,10 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from bsm_mesh.errors import ModelError, nearest
-from bsm_mesh.model.quantities import Quantity
+from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import ModelFile
-from bsm_mesh.modelfile.units import Each, In
+from bsm_mesh.modelfile.units import Each
 
 PART = re.compile(r'"([^"]+)"|([^."]+)')
 PARTS = re.compile(rf"(?:{PART.pattern})(?:\.(?:{PART.pattern}))*")
@@ -111,7 +111,7 @@ def _bare(annotation: Any) -> Any:
 
 def quantity_in(annotation: Any) -> Quantity | None:
     """Return what kind of number a type is of, if it is one."""
-    return next((one.quantity if isinstance(one, In) else one for one in _said_of(annotation, (In, Quantity))), None)
+    return next(_said_of(annotation, (Quantity,)), None)
 
 
 def _said_of(annotation: Any, kinds: tuple[type, ...]) -> Iterator[Any]:

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidato
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.model import ContactPoints
-from bsm_mesh.modelfile.units import LINES_SCHEMA, In, Point, lines_of
+from bsm_mesh.modelfile.units import LINES_SCHEMA, Point, lines_of
 
 
 def _path_text(value: str) -> str:
@@ -50,7 +50,7 @@ class MeshTable(Table):
         default_factory=dict, description="parameters of the geometry"
     )
     unit: str = Field(default="m", description="unit of length of the mesh")
-    merge_tolerance: Annotated[float, In(q.MERGE_TOLERANCE)] = Field(
+    merge_tolerance: Annotated[float, q.MERGE_TOLERANCE] = Field(
         default=MERGE_TOLERANCE, description="nodes nearer than this are one"
     )
     contact_points: ContactPoints = "ends"
@@ -68,7 +68,7 @@ class LineFile(Table):
 
     file: PathText = Field(description="relative to the model file")
     set: str | None = Field(default=None, description="the set, or layer, of these lines; left out: all")
-    scale: Annotated[float, In(q.UNIT_OF_LENGTH)] | None = Field(
+    scale: Annotated[float, q.UNIT_OF_LENGTH] | None = Field(
         default=None, description="the file's unit of length in m; left out: the one that the file names, else 1 m"
     )
 
@@ -90,8 +90,8 @@ Border = Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
 class BoundaryTable(Table):
     """A boundary by place: edges of the rim both of whose ends are where all that is given holds."""
 
-    below: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="greatest y")
-    above: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="least y")
-    left_of: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="greatest x")
-    right_of: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="least x")
+    below: Annotated[float, q.COORDINATE] | None = Field(default=None, description="greatest y")
+    above: Annotated[float, q.COORDINATE] | None = Field(default=None, description="least y")
+    left_of: Annotated[float, q.COORDINATE] | None = Field(default=None, description="greatest x")
+    right_of: Annotated[float, q.COORDINATE] | None = Field(default=None, description="least x")
     along: list[Point] | None = Field(default=None, description="a line along which they lie")

@@ -12,10 +12,10 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.modelfile.build_parts import faults_of_parts
 from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import ModelFile
-from bsm_mesh.modelfile.units import In
 from bsm_mesh.reading import refuse_special
 from bsm_mesh.version import __version__
 
@@ -169,7 +169,7 @@ def _how_to_give(path: list[int | str], root: type[Table]) -> str:
         return HOW_TO_GIVE.get(str(path[0]), "")
     table, key = _table_at(path[:-1], root), str(path[-1])
     kinds = [] if table is None or key not in table.model_fields else table.model_fields[key].metadata
-    return next((f", for example {key} = {kind.quantity.example}" for kind in kinds if isinstance(kind, In)), "")
+    return next((f", for example {key} = {kind.example}" for kind in kinds if isinstance(kind, Quantity)), "")
 
 
 def _shown(value: object) -> str:

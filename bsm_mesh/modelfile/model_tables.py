@@ -7,26 +7,19 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from bsm_mesh.model import quantities as q
-from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
-from bsm_mesh.model.water import WATER, Head
+from bsm_mesh.model.histories import History
+from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSitu
+from bsm_mesh.model.quantity import convert, schema_of
+from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.bolt_tables import BoltTable
+from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.flow_tables import FlowChangeTable, FlowTable
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import BoundaryTable, MeshTable, PathText, Table
-from bsm_mesh.modelfile.units import (
-    Force,
-    In,
-    Level,
-    LinearStress,
-    LinearStressPair,
-    Lines,
-    Point,
-    Region,
-    convert,
-    schema_of,
-)
-from bsm_mesh.solve.options import LinearSolverName, Scheme
-from bsm_mesh.solve.stages.falls import OnFall
+from bsm_mesh.modelfile.units import Force, Level, LinearStress, LinearStressPair, Lines, Point, Region
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.falls import Falls
 
 
 def _fix(value: object) -> object:
@@ -45,11 +38,11 @@ class SupportTable(Table):
     """A support: where (one of boundary, blocks, point) and what it holds (fix, or direction)."""
 
     boundary: str | None = None
-    blocks: list[Annotated[int, In(q.BLOCK)]] | None = Field(default=None, min_length=1)
+    blocks: list[Annotated[int, q.BLOCK]] | None = Field(default=None, min_length=1)
     point: Point | None = None
     fix: Fix | None = None
-    direction: Annotated[float, In(q.DIRECTION)] | None = None
-    displacement: Annotated[float, In(q.DISPLACEMENT)] | None = None
+    direction: Annotated[float, q.DIRECTION] | None = None
+    displacement: Annotated[float, q.DISPLACEMENT] | None = None
 
 
 class LoadTable(Table):
@@ -59,7 +52,7 @@ class LoadTable(Table):
     in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
     pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
     traction: LinearStressPair | None = None
-    block: Annotated[int, In(q.BLOCK)] | None = None
+    block: Annotated[int, q.BLOCK] | None = None
     point: Point | None = None
     force: Force | None = None
 
@@ -67,18 +60,18 @@ class LoadTable(Table):
 class GravityTable(Table):
     """Gravity."""
 
-    direction: Annotated[float, In(q.DIRECTION)] = -90.0
-    horizontal: Annotated[float, In(q.GRAVITY_PART)] = Field(
+    direction: Annotated[float, q.DIRECTION] = -90.0
+    horizontal: Annotated[float, q.GRAVITY_PART] = Field(
         default=0.0, description="part of the unit weights that pulls along +x besides: a pseudo-static earthquake"
     )
-    vertical: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="the same, upwards")
+    vertical: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="the same, upwards")
 
 
 class StageGravityTable(Table):
     """What pulls besides the weights from a stage on, in parts of them."""
 
-    horizontal: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="along +x")
-    vertical: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="upwards")
+    horizontal: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="along +x")
+    vertical: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="upwards")
 
 
 RATIO_PARTS = dict(zip("abc", PARTS_OF_RATIO, strict=True))
@@ -129,43 +122,39 @@ class StressTable(Table):
     xy: LinearStress = 0.0
 
 
+@keys_of(InSitu)
 class InSituTable(Table):
     """The ground's stress before anything is dug: a surface with k0, or a stress."""
 
-    method: InSituMethod = "direct"
     surface: Level | None = Field(default=None, description="level of the ground, or its line from left to right")
-    surcharge: Annotated[float, In(q.PRESSURE)] = 0.0
     k0: StressRatio = Field(default=1.0, description="horizontal over vertical total stress")
     stress: StressTable | None = None
 
 
+@keys_of(Water)
 class WaterTable(Table):
     """Groundwater."""
 
     table: Lines = Field(default=(), description="the water table from left to right, or several tables")
-    unit_weight: Annotated[float, In(q.WATER_WEIGHT)] = WATER
-    head: Head = Field(default="vertical", description="parallel: seepage parallel to the table")
-    joint_pressure: dict[str, Annotated[float, In(q.PRESSURE)]] = Field(
+    joint_pressure: dict[str, Annotated[float, q.PRESSURE]] = Field(
         default_factory=dict, description="pressure in all faces of a joint"
     )
 
 
+@keys_of(Stage, without=("loads",))
 class StageTable(Table):
     """A stage: what is taken away, put back and changed."""
 
     name: str
     excavate: list[Region] = Field(default_factory=list, description="groups, block numbers, polygons")
     fill: list[Region] = Field(default_factory=list, description="blocks taken away before")
-    relaxation: list[Annotated[float, In(q.RELAXATION)]] = Field(
+    relaxation: list[Annotated[float, q.RELAXATION]] = Field(
         default=[1.0], description="parts of the former forces released, one by one"
-    )
-    pressure: Annotated[float, In(q.STRESS)] = Field(
-        default=0.0, description="on newly excavated faces, into the blocks"
     )
     water: WaterTable | None = None
     flow: FlowChangeTable | None = Field(default=None, description="what changes of the flow in the joints")
     load: list[LoadTable] = Field(default_factory=list)
-    strength: dict[str, Annotated[float, In(q.STRENGTH_FACTOR)]] = Field(
+    strength: dict[str, Annotated[float, q.STRENGTH_FACTOR]] = Field(
         default_factory=dict,
         description='part of the given strength from here on, by joint; "*": all others; "rock:NAME": faces of a rock',
     )
@@ -182,6 +171,7 @@ OneOrSeveral = Annotated[
 ]
 
 
+@keys_of(History)
 class HistoryTable(Table):
     """What is recorded at every step: exactly one of point, line, block, joint, bolt."""
 
@@ -190,41 +180,20 @@ class HistoryTable(Table):
     line: list[Point] | None = Field(
         default=None, description="extensometer: growth of the distance of each further point from the first"
     )
-    block: Annotated[int, In(q.BLOCK)] | None = Field(default=None, description="displacement and rotation of a block")
-    joint: str | None = Field(default=None, description="mean slip and opening, share at strength and share open")
-    bolt: str | None = Field(default=None, description="greatest axial force of the bolt of this name")
+    block: Annotated[int, q.BLOCK] | None = Field(default=None, description="displacement and rotation of a block")
     measured: OneOrSeveral = Field(
         default_factory=list, description="tables (CSV) of values to be set beside it, relative to the model file"
     )
 
 
+@keys_of(Options, without=("falls",))
 class SolverTable(Table):
     """How to solve."""
 
-    scheme: Scheme = "continuation"
-    tolerance: Annotated[float, In(q.TOLERANCE)] = Field(
-        default=1e-6, description="forces balance to this part of the greatest of mean weight, load, force at the start"
-    )
-    max_steps: Annotated[int, In(q.STEPS)] = Field(
-        default=500, description="steps, or cycles of wang, before it gives up"
-    )
-    displacement_limit: Annotated[float, In(q.DISPLACEMENT_LIMIT)] | None = Field(
-        default=None, description="unstable beyond; default: the model's size"
-    )
-    sliding_stiffness: Annotated[float, In(q.PART)] = Field(
-        default=1e-6, description="wang: least part of their shear stiffness that sliding contacts keep in the matrix"
-    )
-    linear_solver: LinearSolverName = "auto"
-    threads: Annotated[int, In(q.THREADS)] = 0
 
-
+@keys_of(Falls)
 class FallsTable(Table):
     """What is done with blocks that come down."""
-
-    ignore_below: Annotated[float, In(q.SHARE)] = Field(
-        default=0.01, description="smaller blocks, by their share of the mean area, are taken away when loose"
-    )
-    on_fall: OnFall = Field(default="stop", description="remove: whatever comes down is taken away, the others go on")
 
 
 class OutputTable(Table):

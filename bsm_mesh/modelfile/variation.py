@@ -19,7 +19,7 @@ from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.changes import NAMES, Change, change_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import Quantity
+from bsm_mesh.model.quantity import Quantity, convert, number_of
 from bsm_mesh.modelfile.build import LoadedModel, build_model
 from bsm_mesh.modelfile.build_marks import geometry_faults, places_in
 from bsm_mesh.modelfile.build_mesh import read_blocks
@@ -27,7 +27,6 @@ from bsm_mesh.modelfile.keys import PARTS, entry_number, key_parts, put, quantit
 from bsm_mesh.modelfile.model_file import read_toml, validated
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.units import convert, number_of
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport

@@ -7,21 +7,24 @@ import math
 import types
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 import pytest
-from pydantic import BaseModel
+from pydantic import ValidationError
 
 import bsm_mesh as bsm
 from bsm_mesh.model import quantities
-from bsm_mesh.model.quantities import Quantity, quantities_of
+from bsm_mesh.model.quantities import quantities_of
+from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.modelfile import model_tables as tables
 from bsm_mesh.modelfile.bolt_tables import BoltTable
+from bsm_mesh.modelfile.class_keys import given_in, keys_of
 from bsm_mesh.modelfile.material_tables import FillingTable, JointTable, RockTable
-from bsm_mesh.modelfile.units import In
+from bsm_mesh.modelfile.mesh_tables import Table
+from bsm_mesh.modelfile.model_file import sentences
 from tests.scenes.small_case import MODEL, Case
 
-SAME = {  # table of the file: class of the model
+SAME: dict[Any, Any] = {  # table of the file: class of the model
     RockTable: bsm.Rock,
     FillingTable: bsm.Filling,
     JointTable: bsm.Joint,
@@ -72,27 +75,42 @@ def test_every_number_of_a_class_has_a_range(owner: type) -> None:
         assert not {int, float} & set(members) or field.name == "surface", f"{owner.__name__}.{field.name}"
 
 
-def quantity_of(annotation: Any) -> Quantity | None:
-    for part in (annotation, *get_args(annotation)):
-        for mark in get_args(part)[1:] if get_origin(part) is Annotated else ():
-            if isinstance(mark, In):
-                return mark.quantity
-    return None
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Wet(bsm.Rock):
+    """A rock with a number more.
+
+    Attributes
+    ----------
+    water : float or None [Pa]
+        Pressure of its pores; None: dry.
+    """
+
+    water: Annotated[float, quantities.PRESSURE] | None = None
 
 
-def marks(table: type[BaseModel]) -> dict[str, Quantity]:
-    hints = get_type_hints(table, include_extras=True)
-    return {name: found for name in table.model_fields if (found := quantity_of(hints[name])) is not None}
+@keys_of(Wet, without=("name",))
+class WetTable(Table):
+    """A wet rock."""
 
 
-@pytest.mark.parametrize("table", SAME, ids=lambda table: table.__name__)
-def test_file_and_class_share_one_range(table: type[BaseModel]) -> None:
-    of_class = {name: quantity for name, (quantity, _) in quantities_of(SAME[table]).items()}
-    if table is JointTable:
-        of_class |= {name: quantity for name, (quantity, _) in quantities_of(bsm.Patton).items()}
-    assert marks(table).items() >= of_class.items()
-    for name in of_class:
-        assert marks(table)[name] is of_class[name]
+def test_a_number_of_a_class_is_a_key_of_the_file() -> None:
+    """Its type, range, default and description stand in the class alone."""
+    table = WetTable.model_validate({"unit_weight": "26 kN/m^3", "water": "20 kPa"})
+    assert given_in(table, Wet) == {**given_in(RockTable(unit_weight=26e3), Wet), "water": 20e3}
+    with pytest.raises(ValidationError) as refused:
+        WetTable.model_validate({"water": "-1 Pa", "watr": 1})
+    assert list(sentences(refused.value, WetTable))[:2] == [
+        "top level: needs the key 'unit_weight'",
+        f'water = "-1 Pa": {quantities.PRESSURE.rule_in_file}',
+    ]
+    assert "unknown key 'watr'; did you mean 'water'" in list(sentences(refused.value, WetTable))[2]
+    described = WetTable.model_json_schema()["properties"]["water"]["description"]
+    assert described == "Pressure of its pores; left out: dry [Pa]"
+
+
+def test_the_file_has_every_number_of_the_classes() -> None:
+    for table, owner in SAME.items():
+        assert set(quantities_of(owner)) <= set(table.model_fields)
 
 
 @pytest.mark.parametrize("name", ALL)

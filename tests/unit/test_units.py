@@ -7,8 +7,8 @@ import random
 import pytest
 
 from bsm_mesh.model import quantities
-from bsm_mesh.model.quantities import BOLT_COUNT, FRICTION, POISSON, UNIT_WEIGHT, Quantity
-from bsm_mesh.modelfile.units import PREFIXES, _by_pint, _prefixed, convert
+from bsm_mesh.model.quantities import BOLT_COUNT, FRICTION, POISSON, UNIT_WEIGHT
+from bsm_mesh.model.quantity import PREFIXES, Quantity, _by_pint, _prefixed, convert
 
 
 def wide(unit: str) -> Quantity:
