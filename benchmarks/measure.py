@@ -15,14 +15,14 @@ WORK = {  # kind of work: functions of the program that do it; what they call of
     "contacts": (
         "bsm_mesh.contact.table:initial_contacts",
         "bsm_mesh.contact.search:detect_contacts",
-        "bsm_mesh.solve.contacts.contact_set:gather_contacts",
+        "bsm_mesh.contact.contact_set:gather_contacts",
     ),
     "assembly": (
         "bsm_mesh.solve.algebra.block_matrix:block_pattern",
         "bsm_mesh.solve.algebra.block_matrix:whole_pattern",
         "bsm_mesh.solve.algebra.block_matrix:fill_stiffness",
         "bsm_mesh.solve.algebra.block_matrix:constrain",
-        "bsm_mesh.solve.contacts.force_kernels:fill_tangent",
+        "bsm_mesh.contact.force_kernels:fill_tangent",
     ),
     "factorization": (
         "bsm_mesh.solve.algebra.pardiso:Pardiso.factorize",

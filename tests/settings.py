@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 SOLVER = Path(__file__).parents[1] / "bsm_mesh" / "solve"
+FORCES = ("closure", "contact_set", "force_kernels", "forces", "history", "in_situ", "stage_transfer", "tangents")
 FORMATS = {  # numbers of libraries and of layouts, and stand-ins for infinity
     "algebra/pardiso.py": {
         "ANALYSE",
@@ -112,6 +113,7 @@ def _comment(lines: list[str], node: ast.Assign) -> str:
 def solver_settings() -> list[Setting]:
     """Return the settings of the solver."""
     files = [(path, path.relative_to(SOLVER).as_posix()) for path in sorted(SOLVER.rglob("*.py"))]
+    files += [(SOLVER.parent / "contact" / f"{name}.py", f"contact/{name}.py") for name in FORCES]
     return [setting for path, place in files for setting in settings_of(path.read_text(encoding="utf-8"), place)]
 
 

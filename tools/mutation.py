@@ -20,11 +20,11 @@ import tomli_w
 
 ROOT = Path(__file__).parents[1]
 ROOMS = {  # folders of bsm_mesh, and the test files that concern them, the fastest and most direct first
-    "contact": "contact_rules history_transfer table broad_phase force_kernels stress strength corners search loop",
+    "contact": "contact_rules history_transfer table broad_phase force_kernels stress strength corners search "
+    "loop forces history own_laws in_situ verification/excavation",
     "solve/stages": "stages falls in_situ verification/excavation",
     "solve/algebra": "block_matrix constraints linear_solvers mechanisms mixed_precision loads linear supports",
     "solve/bolts": "bolt_chain bolt_forces verification/bolts verification/dowel_action verification/staged_bolts",
-    "solve/contacts": "force_kernels forces history history_transfer own_laws in_situ loop verification/excavation",
     "solve/linear": "linear constraints readiness stages verification/against_lagrange_multipliers",
     "solve/step": "equations forces subdomain_newton subdomain_corrections newton regularized_newton"
     " nearby_equilibrium loop",

@@ -35,6 +35,7 @@ _SEAL = 65  # bytes of the last line: SHA-256 and a line feed
 @cache
 def kinds() -> dict[str, type[Any]]:
     """Return the dataclasses that may be in a checkpoint, by their names."""
+    from bsm_mesh.contact.history import History
     from bsm_mesh.contact.search import ActiveContacts
     from bsm_mesh.flow.coupling import FlowState
     from bsm_mesh.model.face_water import FaceWater
@@ -42,7 +43,6 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.results.falls import Fall
     from bsm_mesh.results.records import StepRecord
     from bsm_mesh.solve.bolts.memory import BoltMemory
-    from bsm_mesh.solve.contacts.history import History
     from bsm_mesh.solve.continuation.pace import Pace
     from bsm_mesh.solve.continuation.state import CollapseMemory, ContinuationState, CycleMemory, LoopState
     from bsm_mesh.solve.linear.state import LinearState

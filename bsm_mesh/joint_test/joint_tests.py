@@ -8,12 +8,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from bsm_mesh.arrays import FloatArray, show_only
+from bsm_mesh.contact.forces import ContactSet
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.quantities import COUNT_OF_CYCLES, SHEAR_MOVEMENT, STEPS_OF_TEST, STIFFNESS, TEST_STRESS
 from bsm_mesh.model.values import Rules
-from bsm_mesh.solve.contacts.forces import ContactSet
 
 STEPS = 200  # from the start to the greatest displacement or stress
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.contact_set import gather_contacts
+from bsm_mesh.contact.forces import ContactSet, Evaluation
+from bsm_mesh.contact.history import History, commit
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed
-from bsm_mesh.solve.contacts.contact_set import gather_contacts
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
-from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.step.block_system import BlockSystem
 
 WIDER = 1.0  # of the upper block's length: by how much the lower one stands out at either side

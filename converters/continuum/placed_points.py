@@ -13,6 +13,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.dilation import Dilating
+from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
 from bsm_mesh.converters.continuum.interfaces import Interfaces
 from bsm_mesh.converters.continuum.joint_points import JointPoints
@@ -24,8 +26,6 @@ from bsm_mesh.converters.continuum.rock_faces import (
     interface_laws,
     interface_tensions,
 )
-from bsm_mesh.model.joint_laws.dilation import Dilating
-from bsm_mesh.model.joint_laws.shear_springs import Growing
 from bsm_mesh.model.model import Model
 
 Rule = tuple[FloatArray, FloatArray]

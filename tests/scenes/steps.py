@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.contact.history import History
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome

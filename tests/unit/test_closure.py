@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.history import History
 from bsm_mesh.joint_test import closure_test
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.joint_laws.closure import overlap_at, pressure_at
-from bsm_mesh.solve.contacts.history import History
 from tests.scenes.shapes import rectangle
 
 KN, VM = 10e9, 2e-4

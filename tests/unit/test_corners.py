@@ -6,10 +6,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from bsm_mesh.contact.contact_set import gather_contacts
+from bsm_mesh.contact.history import History, commit
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import corner_positions
-from bsm_mesh.solve.contacts.contact_set import gather_contacts
-from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.contacts import Scene
 from tests.scenes.models import model_of

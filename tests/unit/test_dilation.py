@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.dilation import slip_of_step
+from bsm_mesh.contact.forces import evaluate
+from bsm_mesh.contact.history import commit, restore_history, worn
 from bsm_mesh.joint_test.specimen import Specimen, position_of
-from bsm_mesh.model.joint_laws.dilation import slip_of_step
 from bsm_mesh.model.strength import with_strength
-from bsm_mesh.solve.contacts.forces import evaluate
-from bsm_mesh.solve.contacts.history import commit, restore_history, worn
 from bsm_mesh.solve.step import subproblem
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned

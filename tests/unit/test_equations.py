@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.contact.history import History
 from bsm_mesh.solve.step.equations import StepEquations
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle

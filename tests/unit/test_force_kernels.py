@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from bsm_mesh.contact.force_kernels import add_moving_forces, fill_tangent, given_geometry, relative_positions
 from bsm_mesh.solve.algebra.block_matrix import constrain, whole_pattern
-from bsm_mesh.solve.contacts.force_kernels import add_moving_forces, fill_tangent, given_geometry, relative_positions
 
 N, M = 5, 14
 COUPLING = 0.2  # of the pressure with the movement along the edge, over the normal stiffness

@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.contacts import forces
-from bsm_mesh.solve.contacts.forces import evaluate, rows_by_law
-from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.contact import forces
+from bsm_mesh.contact.forces import evaluate, rows_by_law
+from bsm_mesh.contact.history import History
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.large import jointed_slope
 from tests.scenes.models import model_of

@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.history import History, commit
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
-from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, square

@@ -9,12 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.contact_set import gather_contacts
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import Outlines
+from bsm_mesh.contact.stage_transfer import in_situ_history
 from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.model.stress_field import StressField
-from bsm_mesh.solve.contacts.contact_set import gather_contacts
-from bsm_mesh.solve.contacts.stage_transfer import in_situ_history
 from tests.scenes.models import LINEAR, framed, model_of
 from tests.scenes.shapes import gmsh_triangles, grid, square
 

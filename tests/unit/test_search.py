@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.contact import search
+from bsm_mesh.contact import contact_set, search
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.model.faces import find_faces
-from bsm_mesh.solve.contacts import contact_set
 from tests.scenes.contacts import (
     Scene,
     brute_candidates,

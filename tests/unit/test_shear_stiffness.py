@@ -8,12 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.stage_transfer import in_situ_history
+from bsm_mesh.contact.tangents import tangent_stiffness
 from bsm_mesh.joint_test import direct_shear_test
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve, stiffness_at
 from bsm_mesh.model.strength import with_strength
-from bsm_mesh.solve.contacts.stage_transfer import in_situ_history
-from bsm_mesh.solve.contacts.tangents import tangent_stiffness
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle

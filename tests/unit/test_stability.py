@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import bsr_array
 
-from bsm_mesh.solve.contacts.tangents import elastic_tangent
+from bsm_mesh.contact.tangents import elastic_tangent
 from bsm_mesh.solve.continuation.stability import NEUTRAL, falling_mode
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome

@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.contacts.tangents import tangent_stiffness
+from bsm_mesh.contact.history import History
+from bsm_mesh.contact.tangents import tangent_stiffness
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.methods.corrections import chord_method
 from bsm_mesh.solve.methods.newton import newton

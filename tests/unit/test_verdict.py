@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.contact.history import History
 from bsm_mesh.solve.continuation.verdict import CollapseCriterion
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.models import model_of

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.forces import ContactSet
+from bsm_mesh.contact.tangents import elastic_contacts
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.solve.algebra.loads import given_of
 from bsm_mesh.solve.bolts.tangent import bolt_tangent
-from bsm_mesh.solve.contacts.forces import ContactSet
-from bsm_mesh.solve.contacts.tangents import elastic_contacts
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.block_system import BlockSystem
 

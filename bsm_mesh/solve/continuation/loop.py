@@ -22,11 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.forces import ContactSet, Evaluation
+from bsm_mesh.contact.history import History, commit
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
-from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.continuation.acceptance import Acceptance
 from bsm_mesh.solve.continuation.plan import USUAL, Route
 from bsm_mesh.solve.continuation.state import CycleMemory, LoopState

@@ -8,7 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.forces import turned
+from bsm_mesh.contact.history import History, commit
 from bsm_mesh.contact.search import corner_positions
+from bsm_mesh.contact.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
 from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
@@ -22,9 +25,6 @@ from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
-from bsm_mesh.solve.contacts.forces import turned
-from bsm_mesh.solve.contacts.history import History, commit
-from bsm_mesh.solve.contacts.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
 from bsm_mesh.solve.continuation.evidence import evidence_of
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.plan import USUAL, Route

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.contacts.forces import Evaluation
-from bsm_mesh.solve.contacts.tangents import elastic_tangent
+from bsm_mesh.contact.forces import Evaluation
+from bsm_mesh.contact.tangents import elastic_tangent
 from bsm_mesh.solve.step.equations import StepEquations
 
 NEUTRAL = 1e-3  # over the block size: a negative eigenvalue nearer to zero counts as none

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.history import History
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
-from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.continuation.pace import Pace
 
 

@@ -9,10 +9,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.forces import ContactSet
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.errors import place
 from bsm_mesh.solve.bolts.state import holding_pairs
-from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.continuation.state import CollapseMemory
 from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.step.block_system import BlockSystem

@@ -28,11 +28,11 @@ import time
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.force_kernels import fill_tangent
+from bsm_mesh.contact.forces import ContactSet, Evaluation
+from bsm_mesh.contact.history import commit
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
-from bsm_mesh.solve.contacts.force_kernels import fill_tangent
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
-from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.continuation.state import CycleMemory

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.in_situ import in_situ_contacts
 from bsm_mesh.contact.table import ContactTable, initial_contacts
 from bsm_mesh.errors import MAX_NAMED, ModelError, raise_faults
 from bsm_mesh.flow.coupling import FlowCoupling
@@ -18,7 +19,6 @@ from bsm_mesh.model.notes import notes_of, of_unusual_rocks
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.solve.algebra.block_matrix import block_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
-from bsm_mesh.solve.contacts.in_situ import in_situ_contacts
 from bsm_mesh.solve.linear.closure import closure_faults
 from bsm_mesh.solve.linear.system import LinearSystem
 from bsm_mesh.solve.options import Options

@@ -9,6 +9,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.in_situ import beyond_strength, in_situ_contacts
 from bsm_mesh.contact.strength import contact_strength, utilisation
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import MAX_NAMED, SingularMatrixError
@@ -29,7 +30,6 @@ from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.bolts.tangent import bolt_tangent
-from bsm_mesh.solve.contacts.in_situ import beyond_strength, in_situ_contacts
 from bsm_mesh.solve.linear.state import LinearState
 from bsm_mesh.solve.linear.system import LinearSystem, Solution
 from bsm_mesh.solve.options import Options

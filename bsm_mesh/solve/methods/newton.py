@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.contacts.history import commit, restore_history
+from bsm_mesh.contact.history import commit, restore_history
 from bsm_mesh.solve.methods.corrections import line_search, newton_correction, tangent_regularization
 from bsm_mesh.solve.methods.subdomain_newton import subdomain_correction
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, Attempt, Goal, Iterate, Outcome

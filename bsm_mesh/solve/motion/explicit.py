@@ -16,9 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.forces import ContactSet
+from bsm_mesh.contact.history import commit, slip_path_after, worn
 from bsm_mesh.model.joint_laws import wear_length_of
-from bsm_mesh.solve.contacts.forces import ContactSet
-from bsm_mesh.solve.contacts.history import commit, slip_path_after, worn
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
 from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.forces import ContactSet, Evaluation
+from bsm_mesh.contact.history import History
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.algebra.constraints import Constraints
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
-from bsm_mesh.solve.contacts.history import History
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.solve.contacts.forces import AT_ONCE
+from bsm_mesh.contact.forces import AT_ONCE
 from bsm_mesh.solve.motion.contact_columns import ChunkArray, chosen, column_of, put
 from bsm_mesh.solve.motion.kernels import CHECK_EVERY, advance
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.forces import ContactSet, Evaluation, resolve_corner_corner, slipping
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, resolve_corner_corner, slipping
 from bsm_mesh.solve.motion.contact_columns import (
     CLOSURE,
     CONTACT,

@@ -112,7 +112,7 @@ def _first_state(
         flow=None if flow is None else flow.first,
     )
     if model.in_situ is not None and model.in_situ.method == "direct":
-        from bsm_mesh.solve.contacts.in_situ import in_situ_bars
+        from bsm_mesh.contact.in_situ import in_situ_bars
 
         report("in-situ stress")
         notes = (*notes, *scheme.set_in_situ())

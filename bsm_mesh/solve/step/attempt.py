@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
+from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.solve.step.equations import StepEquations
 
 # Rms residual over the mean weight with which a step may end ACCEPTABLE though few blocks exceed the goal: later steps

@@ -7,6 +7,9 @@ from copy import copy
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.contact_set import gather_contacts
+from bsm_mesh.contact.forces import ContactSet, Evaluation, evaluate, turned
+from bsm_mesh.contact.history import History, worn
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import Outlines, corner_positions
@@ -17,9 +20,6 @@ from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.solve.algebra.constraints import Constraints, constrain_bars
 from bsm_mesh.solve.algebra.loads import external_loads, mean_force, reference_weight
 from bsm_mesh.solve.bolts.installed import InstalledBolts
-from bsm_mesh.solve.contacts.contact_set import gather_contacts
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate, turned
-from bsm_mesh.solve.contacts.history import History, worn
 
 STEP = 0.05  # step length d over the block size: turns within it are small, and the rules of contacts hold
 BAND = 3.0  # of the contact search, over the step length: corners nearer to an edge are candidates

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.force_kernels import max_relative_movement
+from bsm_mesh.contact.forces import ContactSet, Evaluation
+from bsm_mesh.contact.tangents import first_tangent, tangent_stiffness
 from bsm_mesh.solve.algebra.block_matrix import constrain
-from bsm_mesh.solve.contacts.force_kernels import max_relative_movement
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
-from bsm_mesh.solve.contacts.tangents import first_tangent, tangent_stiffness
 from bsm_mesh.solve.step.block_system import BAND, BlockSystem
 from bsm_mesh.solve.step.factorization import Factors
 

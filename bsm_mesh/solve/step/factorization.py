@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.forces import ContactSet
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.heap import give_back
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, upper_triangle, whole_pattern
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
-from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.block_system import BlockSystem
 

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.forces import ContactSet, rows_by_law
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, constrain
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
-from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.step.equations import StepEquations
 
 

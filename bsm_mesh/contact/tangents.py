@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.force_kernels import fill_tangent
+from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
-from bsm_mesh.solve.contacts.force_kernels import fill_tangent
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 
 
 def tangent_stiffness(

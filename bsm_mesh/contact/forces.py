@@ -9,19 +9,19 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.rules import RULES
-from bsm_mesh.contact.search import ContactPairs, Outlines
-from bsm_mesh.errors import ModelError
-from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of
-from bsm_mesh.model.joint_laws.dilation import Dilating, Pressures, Strength, slip_of_step
-from bsm_mesh.model.joint_laws.shear_springs import Growing, Springs
-from bsm_mesh.model.strength import law_name
-from bsm_mesh.solve.contacts.closure import Hyperbolic
-from bsm_mesh.solve.contacts.force_kernels import (
+from bsm_mesh.contact.closure import Hyperbolic
+from bsm_mesh.contact.dilation import Dilating, Pressures, Strength, slip_of_step
+from bsm_mesh.contact.force_kernels import (
     add_moving_forces,
     pressures_and_trial_shears,
     relative_positions,
 )
+from bsm_mesh.contact.rules import RULES
+from bsm_mesh.contact.search import ContactPairs, Outlines
+from bsm_mesh.contact.shear_springs import Growing, Springs
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of
+from bsm_mesh.model.strength import law_name
 
 # Contacts whose response is evaluated in one go: temporary arrays stay in the cache. As many are worth a thread in
 # explicit motion; with fewer, threads wait more than they work.

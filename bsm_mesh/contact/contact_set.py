@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.closure import Hyperbolic
+from bsm_mesh.contact.dilation import Dilating
+from bsm_mesh.contact.force_kernels import given_geometry
+from bsm_mesh.contact.forces import ContactSet, rows_by_law
+from bsm_mesh.contact.history import History
 from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
+from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.joint_laws.dilation import Dilating
-from bsm_mesh.model.joint_laws.shear_springs import Growing
 from bsm_mesh.model.model import Model
-from bsm_mesh.solve.contacts.closure import Hyperbolic
-from bsm_mesh.solve.contacts.force_kernels import given_geometry
-from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
-from bsm_mesh.solve.contacts.history import History
 
 _Value = TypeVar("_Value", bound=np.generic)
 

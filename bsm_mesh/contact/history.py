@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ActiveContacts
-from bsm_mesh.model.joint_laws.shear_springs import Springs
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
+from bsm_mesh.contact.shear_springs import Springs
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -7,15 +7,15 @@ from dataclasses import fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.contact_set import gather_contacts
+from bsm_mesh.contact.forces import ContactSet, Evaluation, evaluate
+from bsm_mesh.contact.history import History
+from bsm_mesh.contact.in_situ import beyond_strength
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of, numbers_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.model.submodel import SubModel
-from bsm_mesh.solve.contacts.contact_set import gather_contacts
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate
-from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.contacts.in_situ import beyond_strength
 
 BAND = 0.075  # of the contact search, over the block size: far beyond the tolerance within which contacts are set
 _VARIABLES = tuple(field.name for field in fields(History) if field.name != "active")
