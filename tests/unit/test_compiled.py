@@ -25,7 +25,19 @@ from tests.scenes.small_case import ROOT, environment
 
 pytestmark = pytest.mark.robust
 
-PACKAGE = ("__init__", "arrays", "compiled", "errors", "files", "kernel_files", "reading", "run")  # of the package
+PACKAGE = (
+    "__init__",
+    "arrays",
+    "compiled",
+    "errors",
+    "files",
+    "kernel_files",
+    "reading",
+    "run",
+    "lazy",
+    "solving",
+    "version",
+)  # of the package
 KERNELS = """
 from bsm_mesh.compiled import njit
 
