@@ -78,7 +78,7 @@ EQUATIONS: tuple[Equation, ...] = (
     Equation(numbers="3.25-3.26", what="two rocks in series; filling",
              holds=("bsm_mesh.model.face_stiffness:face_stiffness", "bsm_mesh.model.materials:Filling"),
              tests=("unit/test_materials.py::test_filling_is_a_layer",)),
-    Equation(numbers="3.27", what="rock and joint in series", holds=("bsm_mesh.model.face_stiffness:face_stiffness",)),
+    Equation(numbers="3.27", what="rock and joint in series", holds=("bsm_mesh.model.face_stiffness:compliance",)),
     Equation(numbers="3.28-3.29", what="displacement of a held point along a bar",
              holds=("bsm_mesh.solve.algebra.constraints:constrain_bars", "bsm_mesh.model.supports:unit_vector"),
              tests=("unit/test_constraints.py::test_given_displacements_satisfy_every_bar",)),

@@ -11,12 +11,13 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.face_stiffness import least_depth
+from bsm_mesh.model.face_stiffness import compliance, least_depth
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
 from bsm_mesh.model.materials import law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
 
+_compliance = njit(error_model="numpy")(compliance)
 NO_CURVE = (0.0,) * 7  # shear stiffness is constant
 
 
@@ -146,7 +147,7 @@ class JointCatalogue:
         ----------
         placed : (n, 3) float64 [m, m, rad]
             Centroid and rotation of every block.
-        contact_pairs : tuple of (m,) int32
+        sides : tuple of (m,) int32
             Block with the corner, block with the edge, that corner, that edge, and the edge of the first block that
             lies along it (-1: none).
         corners : (n_vertices, 2) float64 [m]
@@ -234,14 +235,11 @@ def _in_series(
         depth_a = max(ay * tx - ax * ty, floor[a])
         depth_b = max(rx * ty - ry * tx, floor[b])
         one, other = rock[a], rock[b]
-        by_normal = depth_a / moduli[one, 0] + depth_b / moduli[other, 0]
-        by_shear = depth_a / moduli[one, 1] + depth_b / moduli[other, 1]
-        kind[k] = n_joints + one * n_rocks + other
+        kind[k], of_joint = n_joints + one * n_rocks + other, (np.inf, np.inf)
         if joint[k] >= 0:
-            by_normal += 1.0 / joint_stiffness[joint[k], 0]
-            by_shear += 1.0 / joint_stiffness[joint[k], 1]
-            kind[k] = joint[k]
-        normal[k], shear[k] = 1.0 / by_normal, 1.0 / by_shear
+            kind[k], of_joint = joint[k], (joint_stiffness[joint[k], 0], joint_stiffness[joint[k], 1])
+        normal[k] = 1.0 / _compliance(depth_a, moduli[one, 0], depth_b, moduli[other, 0], of_joint[0])
+        shear[k] = 1.0 / _compliance(depth_a, moduli[one, 1], depth_b, moduli[other, 1], of_joint[1])
     return normal, shear, joint, kind
 
 

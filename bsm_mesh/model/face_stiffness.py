@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,23 +45,29 @@ def face_stiffness(model: Model, faces: Faces) -> FaceStiffness:
     blocks = model.blocks
     joint = face_joints(model, faces)
     moduli = np.array([_rock_moduli(model, name) for name in blocks.rock_names])
-    compliance = np.zeros((len(joint), 2))
     least = least_depth(blocks)
     along = faces.end - faces.start
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
-    for edge, side in ((faces.edge_b, 1.0), (faces.edge_a, -1.0)):
+    given = []
+    for edge, side in ((faces.edge_a, -1.0), (faces.edge_b, 1.0)):
         block = blocks.owner[edge]
         depth = side * ((faces.start - blocks.moments.centroid[block]) * normal).sum(axis=1)
-        depth = np.maximum(depth, least[block])
-        compliance += depth[:, None] / moduli[blocks.rock[block]]  # Wang Eqs. 3.25, 3.26
-    jointed = joint >= 0
-    if jointed.any():
-        of_joint = np.array([given.contact_stiffness for given in model.joints])
-        compliance[jointed] += 1 / of_joint[joint[jointed]]  # Wang Eq. 3.27
-    stiff = np.flatnonzero(compliance[:, 0] == 0)
+        given += [np.maximum(depth, least[block])[:, None], moduli[blocks.rock[block]]]
+    of_joint = np.array([*(one.contact_stiffness for one in model.joints), (np.inf, np.inf)])  # the last: rock
+    normal_and_shear = compliance(*given, of_joint[joint])
+    stiff = np.flatnonzero(normal_and_shear[:, 0] == 0)
     if stiff.size:
         raise ModelError(_rigid_faults(model, faces, stiff))
-    return FaceStiffness(normal=1 / compliance[:, 0], shear=1 / compliance[:, 1], joint=joint)
+    return FaceStiffness(normal=1 / normal_and_shear[:, 0], shear=1 / normal_and_shear[:, 1], joint=joint)
+
+
+def compliance(depth_a: Any, modulus_a: Any, depth_b: Any, modulus_b: Any, joint_stiffness: Any) -> Any:
+    """Return the compliance per area of two rocks and the joint between them in series (Wang Eqs. 3.25-3.27) [m/Pa].
+
+    Of numbers or arrays, of normal or shear: depths h of the face below the centroids [m], moduli E' or G [Pa], and the
+    stiffness of the joint [Pa/m], infinite for rock without one. `contact.properties` compiles it for contacts.
+    """
+    return depth_a / modulus_a + depth_b / modulus_b + 1.0 / joint_stiffness
 
 
 def face_joints(model: Model, faces: Faces) -> IntArray:
