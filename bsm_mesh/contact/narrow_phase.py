@@ -174,7 +174,7 @@ def _overlap_beyond(vertices: RecordArray, rules: Rules, row: Record) -> float: 
     end = vertices[vertices[next_edge].following]
     length = np.hypot(end.x - vertices[next_edge].x, end.y - vertices[next_edge].y)
     tangential = row.tangential + length if at_start else row.tangential - row.edge_length
-    shared, _, _, _ = _overlap(vertices, rules, row.corner, next_edge, tangential, length)
+    shared: float = _overlap(vertices, rules, row.corner, next_edge, tangential, length)[0]
     return shared
 
 

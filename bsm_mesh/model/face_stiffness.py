@@ -48,13 +48,14 @@ def face_stiffness(model: Model, faces: Faces) -> FaceStiffness:
     least = least_depth(blocks)
     along = faces.end - faces.start
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
-    given = []
-    for edge, side in ((faces.edge_a, -1.0), (faces.edge_b, 1.0)):
+
+    def rock(edge: IntArray, side: float) -> tuple[FloatArray, FloatArray]:
         block = blocks.owner[edge]
         depth = side * ((faces.start - blocks.moments.centroid[block]) * normal).sum(axis=1)
-        given += [np.maximum(depth, least[block])[:, None], moduli[blocks.rock[block]]]
+        return np.maximum(depth, least[block])[:, None], moduli[blocks.rock[block]]
+
     of_joint = np.array([*(one.contact_stiffness for one in model.joints), (np.inf, np.inf)])  # the last: rock
-    normal_and_shear = compliance(*given, of_joint[joint])
+    normal_and_shear = compliance(*rock(faces.edge_a, -1.0), *rock(faces.edge_b, 1.0), of_joint[joint])
     stiff = np.flatnonzero(normal_and_shear[:, 0] == 0)
     if stiff.size:
         raise ModelError(_rigid_faults(model, faces, stiff))

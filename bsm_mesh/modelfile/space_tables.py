@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator, WithJsonSchema
 
 from bsm_mesh.model import quantities as q
+from bsm_mesh.model.quantity import convert, schema_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import OutputTable
-from bsm_mesh.modelfile.units import In, Lines, convert, schema_of
+from bsm_mesh.modelfile.units import Lines
 
 
 def _vector(value: object) -> tuple[float, float, float]:
@@ -22,9 +23,9 @@ def _vector(value: object) -> tuple[float, float, float]:
 
 _VECTOR = {"type": "array", "items": schema_of(q.COORDINATE), "minItems": 3, "maxItems": 3}
 Vector = Annotated[Any, PlainValidator(_vector), WithJsonSchema(_VECTOR)]
-Angle = Annotated[float, In(q.DIRECTION)]
-Dip = Annotated[float, In(q.DIP)]
-Length = Annotated[float, In(q.JOINT_SPACING)]
+Angle = Annotated[float, q.DIRECTION]
+Dip = Annotated[float, q.DIP]
+Length = Annotated[float, q.JOINT_SPACING]
 
 
 class DistributionTable(Table):
@@ -38,7 +39,7 @@ class DistributionTable(Table):
 class ScatterTable(Table):
     """Scatter of a joint set's orientation."""
 
-    fisher: Annotated[float, In(q.FISHER)] = Field(description="Fisher's constant: 20 is wide, 200 narrow")
+    fisher: Annotated[float, q.FISHER] = Field(description="Fisher's constant: 20 is wide, 200 narrow")
 
 
 class RockBoxTable(Table):
@@ -49,7 +50,7 @@ class RockBoxTable(Table):
     )
     rock: str | None = Field(default=None, description="its rock; the only one where there is one")
     default_joint: str | None = Field(default=None, description="joint of faces between blocks that bear none")
-    seed: Annotated[int, In(q.SEED)] = Field(default=0, description="of the random numbers")
+    seed: Annotated[int, q.SEED] = Field(default=0, description="of the random numbers")
 
 
 class JointSetTable(Table):
@@ -59,13 +60,13 @@ class JointSetTable(Table):
     dip: Dip
     dip_direction: Angle = Field(description="clockwise from north")
     spacing: Length | DistributionTable | None = None
-    density: Annotated[float, In(q.JOINT_DENSITY)] | None = Field(
+    density: Annotated[float, q.JOINT_DENSITY] | None = Field(
         default=None, description="area of joints a volume; with radius"
     )
     radius: Length | DistributionTable | None = Field(default=None, description="of the discs")
     origin: Vector | None = Field(default=None, description="a point on one of the planes")
     scatter: ScatterTable | None = None
-    persistence: Annotated[float, In(q.PART)] = Field(
+    persistence: Annotated[float, q.PART] = Field(
         default=1.0, description="part of the cells crossed by a plane that it cuts, chosen at random"
     )
 
@@ -94,12 +95,12 @@ class BodyTable(Table):
     polygon: Lines = Field(description="outline across the axis: to the right as one looks along it, and up")
     axis: AxisTable = Field(default_factory=AxisTable)
     origin: Vector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis")
-    start: Annotated[float, In(q.COORDINATE)] | None = Field(
+    start: Annotated[float, q.COORDINATE] | None = Field(
         default=None,
         alias="from",
         description="where it begins along the axis; without from and to it goes through",
     )
-    end: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, alias="to", description="where it ends")
+    end: Annotated[float, q.COORDINATE] | None = Field(default=None, alias="to", description="where it ends")
 
 
 class SlopeFaceTable(Table):
@@ -121,15 +122,15 @@ class SlopeTable(Table):
 class KeyBlocksTable(Table):
     """What is asked of the key blocks."""
 
-    required: Annotated[float, In(q.REQUIRED_FACTOR)] = Field(
+    required: Annotated[float, q.REQUIRED_FACTOR] = Field(
         default=1.0, description="factor that the support pressure brings"
     )
-    rounds: Annotated[int, In(q.ROUNDS)] = Field(default=1, description="rounds; what comes down is taken away in each")
+    rounds: Annotated[int, q.ROUNDS] = Field(default=1, description="rounds; what comes down is taken away in each")
     free: list[str] = Field(default_factory=list, description="sides of the box that are free: top, east, ...")
-    gravity: Annotated[list[Annotated[float, In(q.GRAVITY_PART)]], Field(min_length=3, max_length=3)] | None = Field(
+    gravity: Annotated[list[Annotated[float, q.GRAVITY_PART]], Field(min_length=3, max_length=3)] | None = Field(
         default=None, description="force over weight [east, north, up]; [0, 0, -1] by default"
     )
-    joint_pressure: dict[str, Annotated[float, In(q.PRESSURE)]] = Field(
+    joint_pressure: dict[str, Annotated[float, q.PRESSURE]] = Field(
         default_factory=dict, description="water pressure on the faces of joints, by their names"
     )
 
