@@ -236,8 +236,11 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
 @model_argument
 @click.option("-o", "--output", type=PATH, help="Folder for the files; the model's by default.")
 @click.option("--picture/--no-picture", default=True, help="Draw key_blocks.png.")
+@click.option(
+    "--proof", is_flag=True, help="Ask limit analysis too whether the whole rock can be at rest, and the rest."
+)
 @json_option
-def key_blocks(model: Path, output: Path | None, picture: bool, as_json: bool) -> None:
+def key_blocks(model: Path, output: Path | None, picture: bool, proof: bool, as_json: bool) -> None:
     """Find the blocks at the free faces of MODEL that can fall or slide, by block theory.
 
     MODEL is a file of three dimensions (dimensions = 3): rock in a box with joints by dip and dip direction, and
@@ -245,7 +248,7 @@ def key_blocks(model: Path, output: Path | None, picture: bool, as_json: bool) -
     """
     from bsm_mesh.commands.key_blocks import find_key_blocks
 
-    find_key_blocks(model, output, as_json=as_json, picture=picture)
+    find_key_blocks(model, output, as_json=as_json, picture=picture, proof=proof)
 
 
 @cli.command("joint-test")

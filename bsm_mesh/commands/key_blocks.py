@@ -13,15 +13,18 @@ from bsm_mesh.folder.result_tables import write_table
 from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
 from bsm_mesh.text.tables import engineering, print_table
 from bsm_mesh.text.terminal import say, say_json
+from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 from bsm_mesh.three_d.key_blocks.modes import FALLS
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
+from bsm_mesh.three_d.limit.analysis import ConeAnalysis
+from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 
 MAX_ROWS = 30  # of the table on the terminal; the file has all
 PICTURE = "key_blocks.png"
 
 
-def find_key_blocks(path: Path, output: Path | None, *, as_json: bool, picture: bool) -> None:
+def find_key_blocks(path: Path, output: Path | None, *, as_json: bool, picture: bool, proof: bool) -> None:
     """Find the key blocks of a model file, print what falls and slides, and write table, VTU files and picture."""
     loaded = load_space_file(path)
     added = AddedFiles(output or loaded.output_folder)
@@ -30,7 +33,7 @@ def find_key_blocks(path: Path, output: Path | None, *, as_json: bool, picture: 
         loaded.blocks,
         rocks=loaded.rocks,
         joints=loaded.joints,
-        free=[*asked.free, *([SLOPE] if SLOPE in loaded.blocks.boundaries else [])],
+        free=_free(loaded),
         excavated=[table.name for table in loaded.file.excavation],
         default_joint=loaded.file.mesh.default_joint,
         gravity=asked.gravity or (0.0, 0.0, -1.0),
@@ -38,12 +41,50 @@ def find_key_blocks(path: Path, output: Path | None, *, as_json: bool, picture: 
         required=asked.required,
         rounds=asked.rounds,
     )
+    proofs = _proofs(loaded, found) if proof else {}
     files = _write(loaded, found, added, picture)
     if as_json:
-        say_json({**_told(loaded, found), "files": [str(added.folder.path / name) for name in files]})
+        told = {name: {"admissible": answer.admissible, "text": str(answer)} for name, answer in proofs.items()}
+        names = [str(added.folder.path / name) for name in files]
+        say_json({**_told(loaded, found), "limit_analysis": told, "files": names, "notes": _notes(loaded, found)})
         return
+    for note in _notes(loaded, found):
+        say(f"note: {note}", err=True)
     _print(loaded, found)
+    for name, answer in proofs.items():
+        say(f"{name}: {answer}")
     say(f"{', '.join(files)} written to {added.folder.path}")
+
+
+def _free(loaded: LoadedSpace) -> list[str]:
+    """Return the boundaries that are free."""
+    return [*loaded.file.key_blocks.free, *([SLOPE] if SLOPE in loaded.blocks.boundaries else [])]
+
+
+def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
+    """Return what may be a slip, or limits the answer."""
+    bare = [joint.name for joint in loaded.joints if joint.law is None]
+    held = int(found.held.sum())
+    notes = [f"joint '{name}' has no strength (law, friction): nothing slides on it" for name in bare]
+    if held:
+        notes.append(f"{counted(held, 'block')} at free faces reach the sides of the box and are not judged")
+    return notes
+
+
+def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, ConeAnalysis]:
+    """Return what limit analysis says of the whole rock, and of the rest without the blocks that come down."""
+    blocks, asked = loaded.blocks, loaded.file.key_blocks
+    default = loaded.file.mesh.default_joint
+    materials = Materials.checked(blocks, loaded.rocks, loaded.joints, default)
+    present = np.ones(blocks.count, dtype=bool)
+    for table in loaded.file.excavation:
+        present[blocks.excavations[table.name]] = False
+    left = present.copy()
+    left[found.block[found.round > 0]] = False
+    masses = {"whole rock": present} | ({"without these blocks": left} if (left != present).any() else {})
+    given: dict[str, Any] = {"free": _free(loaded), "joint_pressure": asked.joint_pressure}
+    given["gravity"] = asked.gravity or (0.0, 0.0, -1.0)
+    return {name: analyse_rock(blocks, materials, there, **given) for name, there in masses.items()}
 
 
 def _write(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles, picture: bool) -> list[str]:
@@ -101,9 +142,6 @@ def _print(loaded: LoadedSpace, found: KeyBlocks) -> None:
         f"{falls} fall and {len(rows) - falls} slide below a factor of {found.required:g}: "
         f"{found.volume[rows].sum():.4g} m3 in all"
     )
-    held = int(found.held.sum())
-    if held:
-        say(f"note: {counted(held, 'block')} at free faces reach the sides of the box and were not judged", err=True)
 
 
 def _row(found: KeyBlocks, k: int, several: bool) -> tuple[str, ...]:

@@ -124,6 +124,25 @@ def test_sets_have_distributions_scatter_and_discs(case: Case) -> None:
     assert load_space_file(case.folder / "roof.toml").blocks.count > 20
 
 
+def test_limit_analysis_proves_that_the_whole_moves(case: Case) -> None:
+    """Without the pyramid no block is left that could move but the rock itself, which rests on its sides."""
+    joints = ROOF.replace("friction = 30", "friction = 20")  # at 30 degrees statics could clamp it between its planes
+    slab = '\n[[joint_plane]]\nname = "J1"\ndip = 0\ndip_direction = 0\npoint = [0, 0, 3]\n\n[[excavation]]'
+    case.write("roof.toml", joints.replace("\n[[excavation]]", slab))
+    outcome = case.run("key-blocks", "roof.toml", "--proof", "--no-picture")
+    said = " ".join(outcome.out.split())
+    assert "whole rock: inadmissible: no forces within strength balance the loads; this geometry must move" in said
+    told = json.loads(case.run("key-blocks", "roof.toml", "--proof", "--json").out)["limit_analysis"]
+    assert not told["whole rock"]["admissible"]
+    assert "without these blocks" in told
+
+
+def test_joints_without_strength_are_noted(case: Case) -> None:
+    case.write("roof.toml", ROOF.replace('law = "mohr_coulomb"\nfriction = 30\ncohesion = 0\n', ""))
+    outcome = case.run("key-blocks", "roof.toml", "--no-picture")
+    assert "note: joint 'J1' has no strength (law, friction): nothing slides on it" in " ".join(outcome.err.split())
+
+
 def test_every_number_of_the_file_has_a_range() -> None:
     assert list(numbers_without_range(SpaceFile.model_json_schema(), "model")) == []
 

@@ -8,6 +8,7 @@ strength of a wedge between two planes is an upper bound, 5 to 16 % above that o
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -190,9 +191,7 @@ class LimitAnalysis3D:
         return Witness(velocity=velocity, power=power, dissipation=dissipation, closing=gap, least=least)
 
 
-def weights(
-    moments: Moments, unit_weight: FloatArray, direction: tuple[float, float, float] = (0, 0, -1)
-) -> FloatArray:
+def weights(moments: Moments, unit_weight: FloatArray, direction: Sequence[float] = (0, 0, -1)) -> FloatArray:
     """Return the weights of blocks as loads, (n, 6) [N, N m]; the direction's length multiplies them."""
     force = (moments.volume * unit_weight)[:, None] * np.asarray(direction, dtype=np.float64)
     return np.concatenate([force, np.zeros_like(force)], axis=1)
