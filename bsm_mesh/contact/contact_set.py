@@ -118,9 +118,9 @@ def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: B
 
 
 def _keeping_lengths(history: History, found: Candidates) -> Candidates:
-    """Return candidates that keep the length of their history while an edge that shared it is turned away.
+    """Return candidates that keep the length of their history while an edge that shared it is turned away, or past it.
 
-    Blocks that rock on it would sink and rise. Two edges at a flat corner turn away one by one: without memory of both
+    A face that has slid off another would stand for a lone corner, twenty times as much as at last. Blocks that rock on it would sink and rise. Two edges at a flat corner turn away one by one: without memory of both
     a block may have no equilibrium near the angle at which one counts, and steps flip between two lengths for ever.
     """
     length, edges = found.length.copy(), found.parallel_edges.copy()
@@ -128,7 +128,8 @@ def _keeping_lengths(history: History, found: Candidates) -> Candidates:
     row = found.history[known]
     turned = edges[known] < history.parallel_edges[row]
     rows, row = known[turned], row[turned]
-    length[rows] = np.maximum(length[rows], history.length[row])
+    ended = (edges[rows] == 0) & (found.parallel_edge[rows] >= 0)
+    length[rows] = np.where(ended, history.length[row], np.maximum(length[rows], history.length[row]))
     edges[rows] = history.parallel_edges[row]
     return replace(found, length=length, parallel_edges=edges)
 

@@ -135,8 +135,7 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
         vertices, rules, row.corner, row.edge, row.tangential, row.edge_length
     )
     from_end = min(abs(row.tangential), abs(row.tangential - row.edge_length))
-    least = min(rules.min_overlap * h, 0.5 * shorter)  # what is shorter is no face
-    short = overlap < least
+    short = overlap < min(rules.min_overlap * h, 0.5 * shorter)
     end_to_end = parallel_edge >= 0 and from_end < rules.min_overlap * h and short
     row.beyond_node = False
     if end_to_end:
@@ -144,8 +143,9 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
         row.beyond_node = further >= rules.min_overlap * h
         end_to_end = not row.beyond_node
         overlap += further if row.beyond_node else 0.0
-    row.parallel_edge, row.parallel_edges, row.overlap = parallel_edge, parallel_edges, overlap
-    row.length = 0.5 * max(overlap, least) if parallel_edge >= 0 else rules.corner_share * h
+    row.parallel_edge, row.overlap = parallel_edge, overlap
+    row.parallel_edges = 0 if end_to_end else parallel_edges
+    row.length = 0.5 * overlap if row.parallel_edges > 0 and overlap > 0.0 else rules.corner_share * h
     diagonal = from_end < rules.vertex_tol * h and _meets_diagonally(vertices, h, rules, row)
     row.was_vertex_contact = diagonal and _lies_on(vertices, h, rules, row, overlap)
     row.corner_gap = 0.0

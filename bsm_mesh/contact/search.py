@@ -83,12 +83,12 @@ class ContactPairs:
     edge_length : (m,) float64 [m]
         Length of the edge.
     length : (m,) float64 [m]
-        Length that the contact stands for: half of what a's parallel edge shares with b's edge, at least half of the
-        shortest length that counts as a face; without a parallel edge, 0.05 of the smaller block's size.
+        Length that the contact stands for: half of what a's parallel edge shares with b's edge; without one, 0.05 of
+        the smaller block's size.
     parallel_edge : (m,) int32
         Edge of a at the corner that is parallel to b's edge, of two the one that shares more; -1 if there is none.
     parallel_edges : (m,) int8
-        How many there are: 0, 1, or 2 at a flat corner.
+        How many share a length with b's edge: 0, 1, or 2 at a flat corner.
     history : (m,) int32
         Row of the same contact among the active ones; -1 if it was not active.
     opposing_candidate : (m,) int32

@@ -135,14 +135,13 @@ def _facing(v, arms, start, end, notches, h, band, rules):
             shares.append((shared / abs(unit @ t), min(length, ends[1] - ends[0])))
     at_end = min(abs(tangential), abs(tangential - length)) < rules.min_overlap * h
     total = sum(s for s, _ in shares)
-    least = min(rules.min_overlap * h, 0.5 * max(shares)[1]) if shares else 0.0
-    end_to_end = bool(shares) and at_end and total < least
+    end_to_end = bool(shares) and at_end and total < min(rules.min_overlap * h, 0.5 * max(shares)[1])
     slack = [h * (rules.detach_tol if notch else rules.rounding) for notch in notches]
     return {
         "gap": gap,
         "tangential": tangential,
         "edge_length": length,
-        "length": max(total, least) / 2 if shares else rules.corner_share * h,
+        "length": total / 2 if total > 0 and not end_to_end else rules.corner_share * h,
         "parallel": bool(shares),
         "end_to_end": end_to_end,
         "in_range": -slack[0] <= tangential <= length + slack[1],
