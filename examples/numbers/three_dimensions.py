@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.converters.three_d import draw_key_blocks
 from bsm_mesh.geometries import three_d
 from bsm_mesh.modelfile.space_file import load_space_file
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
@@ -18,7 +19,7 @@ from docs.code_blocks import ROOT, files_of
 from examples.numbers.pages import Table, markdown
 from tests.scenes.rock_3d import WEDGES, dome, planes, wedge_factor, wedge_rock
 
-PAGE = "docs/three_dimensions.md"
+PAGE, PICTURE = "docs/three_dimensions.md", "docs/key_blocks.png"
 
 
 @cache
@@ -63,6 +64,12 @@ def tunnel() -> str:
         "factor below 1. The heaviest below the required factor are:"
     )
     return f"{told}\n\n{markdown(header, lines)}"
+
+
+def draw() -> None:
+    """Draw the page's tunnel."""
+    blocks, found = _tunnel()
+    draw_key_blocks(ROOT / PICTURE, blocks, found, title="Tunnel in three joint sets")
 
 
 def wedges() -> str:
@@ -147,7 +154,7 @@ def _stands(thickness: float, sectors: int, courses: int) -> bool:
 
 
 TABLES = (
-    Table(name="key_blocks_tunnel", page=PAGE, make=tunnel),
+    Table(name="key_blocks_tunnel", page=PAGE, make=tunnel, draw=draw),
     Table(name="key_blocks_wedges", page=PAGE, make=wedges),
     Table(name="cut_rock", page=PAGE, make=cut),
     Table(name="domes", page=PAGE, make=domes, is_slow=True),

@@ -249,6 +249,12 @@ PICTURES = (
         shows="Direct shear of the joint under three normal stresses",
     ),
     Drawn(
+        target="docs/key_blocks.png",
+        elsewhere="python -m examples.numbers key_blocks_tunnel",
+        shows="The wall of a tunnel by block theory: blocks that fall or slide, ringed and named",
+        mended="new",
+    ),
+    Drawn(
         target="docs/joint_laws.png",
         elsewhere="python -m examples.numbers joint-laws",
         shows="Strength, shear and closure: formulas and what the bench finds",

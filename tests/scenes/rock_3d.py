@@ -25,13 +25,17 @@ def planes(low, high, spacing, seed, sets=SETS):
     return joints
 
 
-def tunnel_rock(spacing=2.0, seed=0, radius=4.0, sides=10):
+def tunnel_rock(spacing=2.0, seed=0, radius=4.0, sides=10, shift=(0.0, 0.0, 0.0)):
     """Return rock of 24 x 16 x 24 m with a tunnel of ten sides along y, as wide as a circle of `radius` inside it."""
     angle = 2 * np.pi * np.arange(sides) / sides
     profile = radius / np.cos(np.pi / sides) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    low, high = (-12, 0, -12), (12, 16, 12)
-    opening = three_d.Opening(body=three_d.prism(profile), boundary="tunnel")
-    return three_d.RockMass(box=(low, high), joints=planes(low, high, spacing, seed), bodies=[opening])
+    low, high = np.array([-12.0, 0, -12]), np.array([12.0, 16, 12])
+    joints = [
+        three_d.JointPlane(name=j.name, dip=j.dip, dip_direction=j.dip_direction, point=np.add(j.point, shift))
+        for j in planes(low, high, spacing, seed)
+    ]
+    opening = three_d.Opening(body=three_d.prism(profile, origin=shift), boundary="tunnel")
+    return three_d.RockMass(box=(low + shift, high + shift), joints=joints, bodies=[opening])
 
 
 def wedge_rock(first, second, face, top, height):

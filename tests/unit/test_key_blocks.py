@@ -205,6 +205,19 @@ def test_a_tunnel_in_three_sets():
     assert set(opened.block[opened.round == 1]) == set(found.block[found.unstable])
 
 
+@pytest.mark.parametrize("shift", [(4.5e6, 5.2e6, 300.0), (-17.0, 40.0, 1e3)])
+def test_where_the_rock_lies_does_not_matter(shift):
+    """In map coordinates faces are known to a nanometre only."""
+    given = {"rocks": ROCK, "joints": [joint(f"J{k}") for k in (1, 2, 3)], "free": ["tunnel"]}
+    here, there = (
+        bsm.key_blocks(bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock(3.0, shift=by))), **given)
+        for by in ((0.0, 0.0, 0.0), shift)
+    )
+    assert here.modes == there.modes
+    assert_allclose(there.factor, here.factor, rtol=1e-6)
+    assert_allclose(there.volume, here.volume, rtol=1e-6, atol=1e-9)
+
+
 def test_tables_have_a_row_a_block(tmp_path):
     found = bsm.key_blocks(roof(), rocks=ROCK, joints=[joint("J1")], excavated=["cavern"], free=["south", "north"])
     with found.save(tmp_path / "key_blocks.csv").open(encoding="utf-8", newline="") as file:
