@@ -66,7 +66,7 @@ def draw_key_blocks(
     kind = _kinds(found)
     faces, colour, outward = _faces(blocks, found, kind)
     if azimuth is None or plunge is None:
-        azimuth, plunge = _towards(-outward[colour >= 3 if (colour >= 3).any() else colour >= 0].sum(axis=0))
+        azimuth, plunge = _view(found, faces, colour, outward)
     seen = np.flatnonzero((outward @ _ahead(azimuth, plunge) < 0) | (colour >= 3))
     polygons, colour = [blocks.polygon(int(faces[k])) for k in seen], colour[seen]
     flat, depth = _seen(np.concatenate(polygons), azimuth, plunge)
@@ -116,6 +116,13 @@ def _faces(blocks: Polyhedra, found: KeyBlocks, kind: IntArray) -> tuple[IntArra
     corners = np.concatenate([blocks.polygon(int(face)) for face in faces])
     vector = vector_areas(corners, np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32))
     return faces, kind[rows[faces, side]], vector * np.where(side == 0, 1.0, -1.0)[:, None]
+
+
+def _view(found: KeyBlocks, faces: IntArray, kind: IntArray, outward: FloatArray) -> tuple[float, float]:
+    """Return azimuth and plunge at which one looks at the free faces of what comes down, or else at all free faces."""
+    free = np.isin(faces, found.free_faces)
+    comes = free & (kind >= 3)
+    return _towards(-outward[comes if comes.any() else free].sum(axis=0))
 
 
 def _ahead(azimuth: float, plunge: float) -> FloatArray:

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import three_d as files
-from bsm_mesh.converters.three_d.pictures import _faces, _kinds
+from bsm_mesh.converters.three_d.pictures import _faces, _kinds, _view
 from bsm_mesh.converters.vtu_content import load_vtk, names_in
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.polygons import vector_areas
@@ -107,5 +107,7 @@ def test_one_looks_at_what_comes_down():
     blocks = roof()
     found = bsm.key_blocks(blocks, rocks=ROCK, joints=[joint("J1")], excavated=["cavern"], free=["south", "north"])
     kind = _kinds(found)
-    _, drawn, outward = _faces(blocks, found, kind)
+    faces, drawn, outward = _faces(blocks, found, kind)
     assert_allclose(outward[(drawn == 4) & (outward[:, 2] < 0)].sum(axis=0), (0, 0, -4), atol=1e-9)
+    _, plunge = _view(found, faces, drawn, outward)
+    assert plunge < -45
