@@ -19,9 +19,9 @@ import bsm_mesh as bsm
 from bsm_mesh.converters.meshes import apart
 from bsm_mesh.folder import checkpoints
 from bsm_mesh.pictures import plot
-from tests.campaigns.scenes import put_model
 from tests.scenes.here import run_here
 from tests.scenes.interrupted import copies_of, interrupted
+from tests.scenes.model_folders import put_model
 from tests.scenes.small_case import MODEL, Case, environment
 from tests.scenes.square_mesh import msh
 

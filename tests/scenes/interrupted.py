@@ -14,8 +14,8 @@ import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder import checkpoints
 from bsm_mesh.folder.own_files import CHECKPOINT
-from tests.campaigns.scenes import content
 from tests.file_operations import watched
+from tests.scenes.model_folders import content
 
 
 def copies_of(monkeypatch: pytest.MonkeyPatch, folder: Path, *, before: bool) -> list[Path]:

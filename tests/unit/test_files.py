@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from bsm_mesh import files
-from tests.campaigns import struck
+from tests import audited_operations
 from tests.file_operations import names, watched
 from tests.scenes.small_case import ROOT
 
@@ -199,7 +199,7 @@ def test_the_folder_for_temporary_files_is_found_without_writing(
     monkeypatch.setattr(tempfile, "tempdir", None)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     done: list[str] = []
-    with struck.watched(tmp_path, lambda _, told: done.append(told)):
+    with audited_operations.watched(tmp_path, lambda _, told: done.append(told)):
         assert files.temporary_place() == tmp_path
         with files.unnamed_file() as file:
             file.write(b"text")

@@ -16,9 +16,9 @@ from bsm_mesh.pictures.pictures import figure_of
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.text.flow_text import flow_rows, how_solved
-from tests.campaigns.scenes import content
 from tests.scenes.flow_models import bricks, on_two_joints
 from tests.scenes.interrupted import interrupted
+from tests.scenes.model_folders import content
 from tests.scenes.models import LINEAR
 
 DRAIN = bsm.Drain(start=(5, 0.1), end=(5, 2.9))

@@ -14,8 +14,8 @@ import bsm_mesh as bsm
 from bsm_mesh.arrays import content_hash
 from bsm_mesh.converters.result_files import corner_displacement
 from bsm_mesh.results import Results
-from tests.campaigns.scenes import content, put_model
 from tests.scenes.interrupted import copies_of, interrupted
+from tests.scenes.model_folders import content, put_model
 from tests.scenes.models import model_of
 from tests.scenes.shapes import grid
 from tests.scenes.small_case import MODEL, Case

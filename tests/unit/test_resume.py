@@ -18,10 +18,10 @@ from bsm_mesh.modelfile.model_text import files_of_model
 from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.pardiso import Pardiso, is_available
 from bsm_mesh.solve.step.factorization import Factors
-from tests.campaigns.scenes import content, put_model
 from tests.file_operations import count_operations, full_disk, killed_at, names
 from tests.scenes.interrupted import copies_of, fails, interrupted, stop, whole_run
 from tests.scenes.large import tilted_courses
+from tests.scenes.model_folders import content, put_model
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import tree

@@ -16,7 +16,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.own_files import CHECKPOINT
-from tests.campaigns.scenes import put_model
+from tests.scenes.model_folders import put_model
 from tests.scenes.small_case import Case, environment, tree
 
 pytestmark = [pytest.mark.robust, pytest.mark.filterwarnings("ignore::bsm_mesh.errors.MeshWarning")]

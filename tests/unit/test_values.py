@@ -12,7 +12,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.errors import as_given
 from bsm_mesh.model.values import is_number, parts_of
-from tests.campaigns.targets.good_calls import good_calls
+from tests.scenes.good_calls import good_calls
 
 WRONG = [5, -1.5, True, "x", "", [], [None], {}, {1: 2}, object(), np.array(3.0), np.array(["a", "b"]), np.ones((2, 3))]
 STRANGE = [*WRONG, np.array([]), np.nan, 10**5000, 10**400, b"x", [1, range(3)], np.array([None, 1]), float]

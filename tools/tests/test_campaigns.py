@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.campaigns import counts, disk, fuzz, kill
-from tests.campaigns.inputs import FAULTS, AcceptedError, Input, Outcome
-from tests.campaigns.place import place
-from tests.campaigns.scenes import Scene
-from tests.campaigns.state import State
-from tests.campaigns.targets import TARGETS, calls
-from tests.campaigns.targets.good_calls import good_calls
-from tests.campaigns.unstable import examples
-from tests.campaigns.verdict import BROKEN, FALSE, PARTS, demand_unstable, drawn, judge_change
-from tests.campaigns.watch import watch
+from tests.scenes.good_calls import good_calls
+from tools.campaigns import counts, disk, fuzz, kill
+from tools.campaigns.inputs import FAULTS, AcceptedError, Input, Outcome
+from tools.campaigns.place import place
+from tools.campaigns.scenes import Scene
+from tools.campaigns.state import State
+from tools.campaigns.targets import TARGETS, calls
+from tools.campaigns.unstable import examples
+from tools.campaigns.verdict import BROKEN, FALSE, PARTS, demand_unstable, drawn, judge_change
+from tools.campaigns.watch import watch
 
 pytestmark = pytest.mark.robust
 
@@ -93,7 +93,7 @@ def test_a_worker_that_dies_or_hangs_is_noticed(tmp_path: Path) -> None:
         lambda asked, answer: found.append(answer),
         hangs=0.4,
         blocks=5,
-        module="tests.campaigns.faulty_worker",
+        module="tools.campaigns.faulty_worker",
     )
     assert sorted(answer["counts"].get("ok") for answer in found) == [8, 10]
     assert sorted(fault[:3] for answer in found for fault in answer["findings"]) == [

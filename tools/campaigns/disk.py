@@ -14,10 +14,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from tests.audited_operations import watched
+from tests.scenes.model_folders import NAMES
+
 from .inputs import random_of
-from .scenes import NAMES, OUT, Report, Scene, silent, workshop
+from .scenes import OUT, Report, Scene, silent, workshop
 from .state import State
-from .struck import sample, watched
+from .struck import sample
 
 NEEDS_NO_ROOM = (
     "os.remove",

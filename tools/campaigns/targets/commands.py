@@ -10,11 +10,13 @@ import sys
 from pathlib import Path
 from random import Random
 
+from tests.scenes.model_folders import BOLT_TABLE
+from tests.scenes.small_models import MESH, MODELS
+
 from ..inputs import CONTROL, OK, REFUSED, AcceptedError, ControlError, Input
 from ..mutations import mutate, mutate_tree
-from ..small import MESH, MODELS
 from ..values import NUMBERS, TEXTS, text
-from .models import BOLT_TABLE, written
+from .models import written
 from .results import good
 
 GOOD: tuple[tuple[str, ...], ...] = (

@@ -9,9 +9,9 @@ from typing import Any
 
 from .inputs import FAULTS, ROOT
 
-FILE = ROOT / "tests" / "campaigns" / "counts.json"
+FILE = Path(__file__).with_name("counts.json")
 PAGE = ROOT / "docs" / "campaigns.md"
-BEGIN, END = "<!-- counts: python -m tests.campaigns counts -->\n", "<!-- end of counts -->\n"
+BEGIN, END = "<!-- counts: python -m tools.campaigns counts -->\n", "<!-- end of counts -->\n"
 TITLES = {
     "fuzz": "Faulty inputs",
     "verdict": "Slips of the pen and changes of meaning in unstable models",

@@ -9,10 +9,12 @@ from typing import Any
 
 import tomli_w
 
+from tests.scenes.model_folders import BOLT_TABLE
+from tests.scenes.small_models import MESH, MODELS
+
 from ..inputs import Input, demand_finite
 from ..mutations import mutate, mutate_tree
 from ..seeds import models as models_of_others
-from ..small import MESH, MODELS
 
 _OURS: list[tuple[dict[str, Any], dict[str, bytes]]] = [(tree, {}) for tree in MODELS]
 GIVEN = 5 * _OURS + models_of_others(MODELS[0])
@@ -32,9 +34,6 @@ def draw(random: Random, folder: Path) -> Input:
         act=lambda: _load(runs),
         files={"model.toml": data, "mesh.msh": MESH, "bolts.csv": BOLT_TABLE, **beside},
     )
-
-
-BOLT_TABLE = b"start_x,start_y,end_x,end_y,diameter\n0.5,1.9,0.5,0.2,25 mm\n1.5,1.9,1.5,0.2,0.025\n"
 
 
 def written(tree: dict[str, Any]) -> bytes:

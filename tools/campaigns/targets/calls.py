@@ -9,9 +9,10 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from tests.scenes.good_calls import flat_blocks, good_calls
+
 from ..inputs import Input
 from ..values import spoil
-from .good_calls import flat_blocks, good_calls
 from .models import look_at
 
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")  # in the texts of objects; another in every process

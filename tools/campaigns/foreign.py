@@ -1,6 +1,6 @@
 """Files of users of other programs and of strangers, small: what is expected of each, and what the program does.
 
-Each kind was once read wrongly, refused untruly or obeyed as a command. ``python -m tests.campaigns seeds`` prints a
+Each kind was once read wrongly, refused untruly or obeyed as a command. ``python -m tools.campaigns seeds`` prints a
 table of them.
 """
 

@@ -17,7 +17,7 @@ KEPT = 3  # inputs of each finding
 def sources() -> str:
     """Return a digest of the program and of the campaigns: counts are of one state of both."""
     told = hashlib.sha256()
-    for folder in ("bsm_mesh", "converters", "geometries", "tests/campaigns"):
+    for folder in ("bsm_mesh", "converters", "geometries", "tools/campaigns"):
         for path in sorted((ROOT / folder).rglob("*.py")):
             told.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
     return told.hexdigest()[:12]

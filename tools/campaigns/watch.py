@@ -94,7 +94,7 @@ def watch(
     processes: int = 1,
     hangs: float = HANGS,
     blocks: float = BLOCKS,
-    module: str = "tests.campaigns.worker",
+    module: str = "tools.campaigns.worker",
 ) -> None:
     """Have chunks of inputs done by workers.
 

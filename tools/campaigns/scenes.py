@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import copy
 import io
-import json
 import os
 import shutil
 import tempfile
@@ -14,57 +12,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from .inputs import ROOT, without_numbers
-from .small import MESH, MODELS
-from .statics import Tree
-from .targets.models import BOLT_TABLE, written
+from tests.scenes.model_folders import content, put_model
+
+from .inputs import without_numbers
 
 if TYPE_CHECKING:
     from bsm_mesh.results import StepRecord
 
 OUT = "out"
 KEPT_BESIDE = (f"{OUT}.interrupted",)  # what the program may leave on purpose: the finished stages of the struck run
-
-
-def _models() -> dict[str, Tree]:
-    import tomllib
-
-    staged, bolted = copy.deepcopy(MODELS[2]), copy.deepcopy(MODELS[3])
-    staged["output"] = {"snapshots": "steps"}
-    collapsing = tomllib.loads((ROOT / "examples/incline/slides.toml").read_text(encoding="utf-8"))
-    collapsing["output"] = {"snapshots": "steps"}
-    return {"staged": staged, "bolted": bolted, "collapsing": collapsing}
-
-
-def put_model(
-    root: Path, name: str, *, title: str = "A run", unit_weight: str = "26 kN/m^3", tables: Tree | None = None
-) -> Path:
-    """Write a model with its mesh and bolts into a folder and return the model file.
-
-    Parameters
-    ----------
-    root : Path
-        The folder.
-    name : str
-        One of `NAMES`.
-    title, unit_weight : str
-        Of the model, and of all its rocks.
-    tables : dict, optional
-        What is to stand in tables of the model file beside what stands there.
-    """
-    tree = _models()[name]
-    tree["title"] = title
-    for rock in tree["rock"].values():
-        rock["unit_weight"] = unit_weight
-    for table, keys in (tables or {}).items():
-        tree[table] = {**tree.get(table, {}), **keys}
-    root.mkdir(parents=True, exist_ok=True)
-    (root / "model.toml").write_bytes(written(tree))
-    (root / "mesh.msh").write_bytes(MESH)
-    (root / "bolts.csv").write_bytes(BOLT_TABLE)
-    return root / "model.toml"
 
 
 @dataclass
@@ -242,19 +200,6 @@ def counted_steps() -> Iterator[list[int]]:
         Progress.step = step  # type: ignore[method-assign]
 
 
-def content(folder: Path) -> dict[str, Any]:
-    """Return what the files of a run hold, wall times and the number of the run aside."""
-    told: dict[str, Any] = {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
-    rows = [line.split(",") for line in told["history.csv"].decode().splitlines()]
-    at = rows[0].index("seconds")
-    told["history.csv"] = [row[:at] + row[at + 1 :] for row in rows]
-    summary = json.loads(told["summary.json"])
-    for stage in summary["stages"]:
-        del stage["seconds"]
-    del summary["checksum"], summary["run"], summary["files"]["history.csv"]
-    return {**told, "summary.json": summary}
-
-
 def fingerprint(folder: Path) -> str:
     """Return a digest of what results say, times aside; they are checked as well."""
     import hashlib
@@ -292,6 +237,3 @@ Report = Callable[[str], None]
 
 def silent(text: str) -> None:
     """Report nothing."""
-
-
-NAMES: tuple[str, ...] = ("staged", "bolted", "collapsing")

@@ -108,7 +108,7 @@ def where(error: BaseException) -> str:
     found = "?"
     for frame in traceback.extract_tb(error.__traceback__):
         path = Path(frame.filename).resolve()  # bsm_mesh.geometries is a link to the folder
-        if path.is_relative_to(ROOT) and not path.is_relative_to(ROOT / "tests") and ".venv" not in path.parts:
+        if path.is_relative_to(ROOT) and not {"tests", "tools", ".venv"} & set(path.relative_to(ROOT).parts):
             found = f"{path.relative_to(ROOT)}:{frame.name}"
     return found
 

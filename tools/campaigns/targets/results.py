@@ -9,10 +9,12 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from tests.scenes.model_folders import BOLT_TABLE
+from tests.scenes.small_models import MESH, model
+
 from ..inputs import AcceptedError, Input, without_numbers
 from ..mutations import mutate, mutate_tree
-from ..small import MESH, model
-from .models import BOLT_TABLE, written
+from .models import written
 
 FORGED = 0.4  # of the changed folders, so many have right checksums
 RUNS = (0, 2, 3)  # of small.MODELS: plain, staged with water, bolted

@@ -6,12 +6,12 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from tests.scenes.small_models import CURVES, MESH, SURFACES
 from tests.scenes.square_mesh import NODES, QUADS
 
 from ..inputs import Input, demand_finite
 from ..mutations import mutate
 from ..seeds import write_forms, write_meshes
-from ..small import CURVES, MESH, SURFACES
 
 GROUPS: tuple[dict[str, str] | None, ...] = (
     None,

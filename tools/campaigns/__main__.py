@@ -1,4 +1,4 @@
-"""``python -m tests.campaigns``: the campaigns as commands of the checkout."""
+"""``python -m tools.campaigns``: the campaigns as commands of the checkout."""
 
 from __future__ import annotations
 
@@ -133,4 +133,4 @@ def again_command(target: str, index: int, seed: int, state: Path) -> None:
 
 
 if __name__ == "__main__":
-    cli(prog_name="python -m tests.campaigns")
+    cli(prog_name="python -m tools.campaigns")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tests.campaigns.foreign import done
-from tests.campaigns.place import place
-from tests.campaigns.strangers import KINDS
+from tools.campaigns.foreign import done
+from tools.campaigns.place import place
+from tools.campaigns.strangers import KINDS
 
 pytestmark = pytest.mark.robust
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from random import Random
 
+from tests.scenes.small_models import MESH, model
+
 from ..inputs import AcceptedError, Input, demand_finite
 from ..mutations import mutate
 from ..seeds import DRAWING, FEATURES, SECRET, TABLES_OF_BOLTS, TABLES_OF_LINES, VIRTUAL, write_features
-from ..small import MESH, model
 from .models import written
 
 PIECES = b"x1,y1,x2,y2,set\n0,0,10,5,J1\n0,5,10,9.5,J1\n3,0,2.5,10,fault\n1.5,-2,1.5e1,8,J2\n"

@@ -14,8 +14,10 @@ from random import Random
 
 import psutil
 
+from tests.scenes.model_folders import NAMES
+
 from .inputs import ROOT, random_of
-from .scenes import NAMES, Report, Scene, silent, workshop
+from .scenes import Report, Scene, silent, workshop
 from .state import State
 from .struck import sample
 
@@ -72,7 +74,7 @@ def strike(scene: Scene, blow: Strike, seconds: float = 0.0) -> Struck:
         [
             sys.executable,
             "-m",
-            "tests.campaigns.struck",
+            "tools.campaigns.struck",
             str(blow.operation),
             str(scene.root),
             str(log),
