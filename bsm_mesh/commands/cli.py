@@ -66,13 +66,14 @@ def demo(output: Path) -> None:
 def new(case: str, folder: Path) -> None:
     """Write a starter CASE into FOLDER.
 
-    A geometry script and model.toml, ready to run and to change. CASE: arch, cavern, dam, slope, tunnel, wall.
+    A geometry script and model.toml, ready to run and to change. CASE: arch, cavern, dam, slope, tunnel, wall; of three
+    dimensions: key_blocks.
     """
-    from bsm_mesh.commands.starters import write_starter
+    from bsm_mesh.commands.starters import next_command, write_starter
 
     files = write_starter(case, folder)
     say(f"{folder}: {', '.join(path.name for path in files)}")
-    say(f"next: bsm-mesh run {folder / 'model.toml'}")
+    say(f"next: bsm-mesh {next_command(case)} {folder / 'model.toml'}")
 
 
 @cli.command()

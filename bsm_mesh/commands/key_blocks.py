@@ -66,6 +66,8 @@ def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
     bare = [joint.name for joint in loaded.joints if joint.law is None]
     held = int(found.held.sum())
     notes = [f"joint '{name}' has no strength (law, friction): nothing slides on it" for name in bare]
+    if slivers := len(loaded.blocks.slivers):
+        notes.append(f"{counted(slivers, 'block')} of {loaded.blocks.count} are slivers, marked in key_blocks.csv")
     if held:
         notes.append(f"{counted(held, 'block')} at free faces reach the sides of the box and are not judged")
     return notes

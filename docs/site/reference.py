@@ -26,11 +26,20 @@ PAGES: dict[str, tuple[str, str]] = {
         bsm_mesh.solve.limit.analysis.LimitAnalysis bsm_mesh.safety.answer.Safety
         bsm_mesh.safety.measurements.BackAnalysis bsm_mesh.commands.study.StudyResults""",
     ),
+    "three_d": (
+        "Three dimensions: blocks and key blocks",
+        """Polyhedra key_blocks bsm_mesh.three_d.key_blocks.record.KeyBlocks
+        bsm_mesh.three_d.blocks.contact_polygons.ContactPolygons
+        bsm_mesh.three_d.blocks.contact_polygons.ContactPoints bsm_mesh.three_d.blocks.moments.Moments
+        bsm_mesh.three_d.blocks.polygons.PolygonMoments""",
+    ),
     "libraries": ("Bolt patterns, published rocks and joints", "bolt_patterns library"),
 }
 PACKAGES = {
     "converters": ("Meshes and finite elements: converters", "bsm_mesh.converters"),
     "geometries": ("Geometries: joint sets, rock masses, Gmsh", "bsm_mesh.geometries"),
+    "three_d_geometries": ("Rock in three dimensions: joints, bodies, cutting", "bsm_mesh.geometries.three_d"),
+    "three_d_files": ("Three dimensions: VTU files and pictures", "bsm_mesh.converters.three_d"),
 }
 MEMBERS = "   :members:\n   :inherited-members: {bases}\n"
 BASES = (

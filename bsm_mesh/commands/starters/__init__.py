@@ -15,6 +15,11 @@ def starter_names() -> list[str]:
     return sorted(entry.name for entry in resources.files(__name__).iterdir() if (entry / "model.toml").is_file())
 
 
+def next_command(case: str) -> str:
+    """Return the command that reads a starter's model file."""
+    return "key-blocks" if case == "key_blocks" else "run"
+
+
 def write_starter(case: str, folder: Path) -> list[Path]:
     """Copy a starter into a new or empty folder and return the files.
 
