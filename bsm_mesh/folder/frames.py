@@ -12,7 +12,7 @@ import numpy as np
 from bsm_mesh.errors import ModelError, named_stage
 
 if TYPE_CHECKING:
-    from bsm_mesh.folder.storage import SavedResults
+    from bsm_mesh.folder.saved_results import SavedResults
 
 OF_A_STATE = re.compile(r"blocks_(\d{4,})(?:_(\d{5,}))?\.vtu")
 

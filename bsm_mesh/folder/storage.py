@@ -1,13 +1,8 @@
-"""Results from a folder, every file checked before it is read, and to one."""
+"""Results from a folder and to one."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-import time
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,18 +10,16 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.certificate.certificate import arrays_file, read_evidence
-from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
+from bsm_mesh.errors import ModelError, ResultsWarning
 from bsm_mesh.folder.histories import with_histories
 from bsm_mesh.folder.history import HISTORY, read_history
-from bsm_mesh.folder.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, link_on_the_way, run_number
 from bsm_mesh.folder.result_tables import USUAL, OutputForm
-from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.folder.run_writer import RunWriter
-from bsm_mesh.folder.summary import finished_stages, read_summary
+from bsm_mesh.folder.saved_results import SavedResults, damage_told, find_results
+from bsm_mesh.folder.summary import read_summary
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.modelfile.model_text import MODEL, Given, files_of_model
-from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.histories import Recorded
@@ -35,9 +28,8 @@ from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters.vtk_files import Grid
+    pass
 
-PATIENCE = 2.0  # s; new results take the place of the former ones in a thousandth of that
 SEVERAL_TIMES = 5
 
 
@@ -83,173 +75,6 @@ def _what_was_run(results: Results) -> Given:
             faults = error.faults
     warnings.warn(f"{MODEL} is not written: {'; '.join(faults)}", ResultsWarning, stacklevel=4)
     return {}
-
-
-class SavedResults:
-    """Results on disk: of each file size and checksum are compared with the summary before anything is made of it.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of a run, one under way and an interrupted one as well.
-
-    Attributes
-    ----------
-    folder : Path
-        Where they are.
-    told : dict
-        The content of the summary.
-    finished : bool
-        Whether the run came to its end.
-
-    Raises
-    ------
-    ModelError
-        If the folder holds no results.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = find_results(folder)
-        self.told = read_summary(self.folder)
-        self.finished = self.told["status"] != Status.UNFINISHED
-
-    def __contains__(self, name: str) -> bool:
-        return name in self.told["files"]
-
-    def check(self) -> None:
-        """Raise for all files that are missing or of another size, and for changed ones that `grid` does not read.
-
-        Of grids, which may be large, the content is compared when they are read.
-        """
-        faults = []
-        for name, listed in self.told["files"].items():
-            path = self.folder / name
-            if link := link_on_the_way(self.folder, name):
-                faults.append(f"{link} is a link, and {name} would lie elsewhere; run the model again")
-            elif not path.is_file():
-                if self.finished or not OF_A_STEP.fullmatch(name):  # a run under way gives up steps that it listed
-                    faults.append(special_fault(path) or f"{path}: there is no such file; run the model again")
-            elif name.endswith(".vtu") and OF_A_RUN.fullmatch(name):
-                if path.stat().st_size != listed["bytes"]:
-                    faults.append(_damaged(path))
-            else:
-                try:
-                    self.content(name)
-                except ModelError as error:
-                    faults.extend(error.faults)
-        raise_faults(faults)
-
-    def content(self, name: str) -> bytes:
-        """Return what a file holds; of a table that grows what it held at the end of the last stage.
-
-        Raises
-        ------
-        ModelError
-            If that is not what was written.
-        """
-        path, listed = self.folder / name, self.told["files"].get(name)
-        if listed is None and self.finished:
-            raise ModelError(f"{path} is not from this run; run the model again")
-        refuse_special(path)
-        if not path.is_file():
-            raise ModelError(f"{path}: there is no such file; run the model again")
-        try:
-            with path.open("rb") as file:
-                size = os.fstat(file.fileno()).st_size
-                content = file.read(-1 if listed is None else listed["bytes"])
-        except OSError as error:
-            raise ModelError(f"{path} cannot be read: {error.strerror or error}") from None
-        if listed is None:  # of a step of a run under way
-            return content
-        longer = self.finished and size != listed["bytes"]
-        if longer or hashlib.sha256(content).hexdigest() != listed["sha256"]:
-            raise ModelError(_damaged(path))
-        return content
-
-    def grid(self, name: str, needs: Sequence[str] = ()) -> Grid:
-        """Return the grid of a VTU file."""
-        from bsm_mesh.converters.vtk_files import grid_of
-
-        return grid_of(self.content(name), self.folder / name, needs=needs)
-
-    def blocks(self) -> Blocks:
-        """Return the blocks of the model, those that were taken away too."""
-        from bsm_mesh.converters.result_files import GIVEN_BLOCKS, blocks_of_grid, stage_file
-
-        return blocks_of_grid(self.grid(GIVEN_BLOCKS if GIVEN_BLOCKS in self else stage_file("blocks", 0)))
-
-    def water_table(self, stage: int) -> FloatArray:
-        """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
-        from bsm_mesh.converters.result_files import WATER, stage_file
-
-        name = stage_file(WATER, stage)
-        return self.grid(name).points.reshape(-1, 2, 2) if name in self else np.zeros((0, 2, 2))
-
-    def series(self, kind: str) -> list[tuple[float, str]]:
-        """Return the (time, file name) pairs of a kind."""
-        from bsm_mesh.converters.vtk_files import files_of
-
-        path = self.folder / f"{kind}.pvd"
-        return [(moment, file.name) for moment, file in files_of(self.content(path.name), path)]
-
-
-def _damaged(path: Path) -> str:
-    return f"{path} is damaged, or was changed after the run; run the model again"
-
-
-@contextmanager
-def damage_told(folder: Path) -> Iterator[None]:
-    """Have whatever goes wrong with what a results folder holds be one `ModelError`.
-
-    Checksums prove that a folder is as it was written, and not by whom: its entries may be of any kind.
-    """
-    try:
-        yield
-    except ModelError:
-        raise
-    except (
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        RecursionError,
-        StopIteration,
-        TypeError,
-        ValueError,
-    ) as error:
-        raise ModelError(f"{folder} is damaged ({error}); run the model again") from error
-
-
-def find_results(folder: Path) -> Path:
-    """Return where the results of a folder are: there, but for the moment in which new ones take their place.
-
-    A change of place that a killed run left half done is ended first.
-
-    Raises
-    ------
-    ModelError
-        If the folder holds no results; the message says where unfinished ones are.
-    """
-    refuse_special(folder / SUMMARY)
-    own, end = ResultsFolder(folder), time.monotonic() + PATIENCE
-    while not (folder / SUMMARY).is_file():
-        waiting = not own.strange() and (run_number(own.running) is not None or own.former.is_dir())
-        if not waiting or time.monotonic() > end:
-            break
-        try:
-            with own.locked():  # which puts right what was half done
-                break
-        except ModelError:  # held by the run that does it
-            time.sleep(0.02)
-        except OSError:  # nothing can be put right on this disk
-            return own.former if own.former.is_dir() else own.running
-    if (folder / SUMMARY).is_file():
-        return folder
-    hints = [
-        f"; finished stages of a run {what} are in {own.told(place)}"
-        for place, what in ((own.running, "under way"), (own.interrupted, "that was interrupted"))
-        if finished_stages(place)
-    ]
-    raise ModelError(f"{folder} holds no results (no {SUMMARY}); give the output folder of a run{''.join(hints)}")
 
 
 def load_results(folder: Path) -> Results:

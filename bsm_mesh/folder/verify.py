@@ -15,7 +15,7 @@ from bsm_mesh.certificate.certificate import CERTIFICATE, SCHEMA_VERSION, certif
 from bsm_mesh.certificate.verify_certificate import check_stage, read_arrays
 from bsm_mesh.errors import ModelError, named_stage
 from bsm_mesh.folder.older_results import WRITTEN
-from bsm_mesh.folder.storage import SavedResults, damage_told
+from bsm_mesh.folder.saved_results import SavedResults, damage_told
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.text.terminal import say, say_json

@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.frames import frames_in
-from bsm_mesh.folder.storage import SavedResults, damage_told
+from bsm_mesh.folder.saved_results import SavedResults, damage_told
 from bsm_mesh.text.exaggeration import exaggeration, size_of
 
 SCRIPT, TEMPLATE = "in_paraview.py", "in_paraview.py.j2"  # a paraview.py would hide ParaView's own module

@@ -13,7 +13,7 @@ from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.own_files import SUMMARY
 from bsm_mesh.folder.safety_files import ANSWER
-from bsm_mesh.folder.storage import damage_told
+from bsm_mesh.folder.saved_results import damage_told
 from bsm_mesh.pages.report_answers import is_study, safety_beside, safety_content, study_content
 from bsm_mesh.pages.report_results import content_of, picture_data
 from bsm_mesh.pictures.plot import draw_in_subprocess

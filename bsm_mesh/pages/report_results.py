@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.errors import ModelError, counted, named_stage, numbered, place
-from bsm_mesh.folder.storage import SavedResults, load_results
+from bsm_mesh.folder.saved_results import SavedResults
+from bsm_mesh.folder.storage import load_results
 from bsm_mesh.folder.verify import grounds_in
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu

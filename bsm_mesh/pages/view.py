@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
-from bsm_mesh.folder.storage import SavedResults, damage_told
+from bsm_mesh.folder.saved_results import SavedResults, damage_told
 from bsm_mesh.pages.view_data import read_view
 from bsm_mesh.pages.view_page import page_of
 from bsm_mesh.text.headings import heading

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.frames import Frame, evenly, frames_in
-from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.pages.cell_values import CellValues, cell_values
 from bsm_mesh.results.joint_sets import ROCK_FACE

@@ -17,7 +17,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.folder.added_files import AddedFiles
-from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.pictures.canvas import FALLS, WATER, WIDTH
 from bsm_mesh.pictures.figures import paper, save
 from bsm_mesh.pictures.pictures import add_picture

@@ -10,7 +10,7 @@ from pathlib import Path
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import remove_abandoned
 from bsm_mesh.folder.own_files import link_on_the_way, place_in
-from bsm_mesh.folder.storage import find_results
+from bsm_mesh.folder.saved_results import find_results
 from bsm_mesh.folder.summary import read_summary
 from bsm_mesh.processes import python_command
 from bsm_mesh.text.headings import PICTURES_FOLDER

@@ -16,7 +16,7 @@ import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.own_files import CHECKPOINT, MARKER, own_files
-from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.folder.summary import _checksum
 from bsm_mesh.results import Results
 from tests.file_operations import names

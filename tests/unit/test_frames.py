@@ -9,7 +9,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.folder.frames import frames_in
-from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.text.exaggeration import exaggeration, factors_up_to
 from tests.scenes.openings import OPENED, opening
 

@@ -17,7 +17,7 @@ from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.folder.run_writer import RunWriter
-from bsm_mesh.folder.storage import SavedResults
+from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.pages import view_data
 from bsm_mesh.pages.view_data import ViewData, read_view
 from bsm_mesh.pages.view_page import _list_of_falls
