@@ -28,12 +28,12 @@ from bsm_mesh.text.tables import (
     JOINT_HEADER,
     SPREAD_HEADER,
     STAGE_HEADER,
+    describe,
     down_rows,
     fall_reasons,
     fall_rows,
     joint_rows,
     print_table,
-    result_rows,
     spread_rows,
     stage_rows,
 )
@@ -102,7 +102,7 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table("What came down and was taken away", header, rows, texts=2)
         for reason in fall_reasons(results):
             say(reason)
-    print_table(title, ("", ""), result_rows(results, verbose=verbose))
+    print_table(title, ("", ""), describe(results, verbose=verbose))
     if down := down_rows(results):
         most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""
         print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from bsm_mesh.errors import counted, place
 from bsm_mesh.results.results import Results
-from bsm_mesh.text.tables import FALL_HEADER, STAGE_HEADER, engineering, fall_rows, result_rows, stage_rows
+from bsm_mesh.text.tables import FALL_HEADER, STAGE_HEADER, describe, engineering, fall_rows, stage_rows
 
 if TYPE_CHECKING:
     from bsm_mesh.model.materials import Joint, Rock
@@ -39,7 +39,7 @@ def model_html(model: Model) -> str:
 
 def results_html(results: Results) -> str:
     """Return a summary of results: the verdict and the numbers that one asks for first, every stage, what came down."""
-    parts = [_table((), result_rows(results))]
+    parts = [_table((), describe(results))]
     if len(results.stages) > 1:
         parts.append(_table(STAGE_HEADER, stage_rows(results)))
     if falls := fall_rows(results):

@@ -27,10 +27,10 @@ from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.text.beside_tables import HEADER as BESIDE_HEADER
 from bsm_mesh.text.beside_tables import beside_rows
-from bsm_mesh.text.flow_text import flow_rows, how_solved
+from bsm_mesh.text.flow_text import flow_rows
 from bsm_mesh.text.headings import PICTURES_FOLDER, heading
 from bsm_mesh.text.quality import Thresholds, poor_blocks
-from bsm_mesh.text.tables import FALL_HEADER, bolt_rows, engineering, fall_rows, falling, vector
+from bsm_mesh.text.tables import FALL_HEADER, describe, engineering, fall_rows, residual_text
 
 ASSUMPTIONS = (
     "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
@@ -81,40 +81,23 @@ def content_of(out: Path) -> dict[str, Any]:
 
 def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     """Return what the page tells of a stage."""
-    from bsm_mesh.results.movement import verdict_in_words
-
-    blocks = results.blocks
     moved = np.hypot(*stage.stage_displacement[:, :2].T) * stage.counts
     most = int(moved.argmax())
-    at = place(blocks.moments.centroid[most].round(2))  # to the centimetre
-    rows: Rows = [
-        ("verdict", verdict_in_words(blocks, stage)),
-        ("why", stage.reason),
-        ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"),
-        ("blocks, contacts", f"{int(stage.present.sum())}, {len(stage.contacts.length)}"),
-        (
-            "moved most in this stage",
-            f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}",
-        ),
-        ("greatest displacement in all", engineering(stage.max_displacement, "m")),
-        ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
-        ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
-        ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
-    ]
+    at = place(results.blocks.moments.centroid[most].round(2))  # to the centimetre
+    rows: Rows = list(describe(results, stage))
+    rows.insert(2, ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"))
+    rows.append(("moved most in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}"))
+    rows.append(("contacts", f"{len(stage.contacts.length)}"))
+    rows.append(("residual: block most out of balance", residual_text(stage)))
     if stage.unstable_blocks.size:
-        rows.insert(2, ("comes down", f"{falling(results, stage)}: {numbered('block', stage.unstable_blocks)}"))
-    if len(stage.water_table) or stage.water.any():
-        rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+        rows.append(("blocks that come down", numbered("block", stage.unstable_blocks)))
     rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]
     if stage.flow is not None:
         met = np.bincount(stage.flow.place[stage.flow.place >= 0], minlength=len(stage.flow.places)).tolist()
         named = zip(stage.flow.places, met, strict=True)
         rows += [
             ("joints end at", "; ".join(f"{name}: {counted(number, 'point')}" for name, number in named)),
-            ("flow", how_solved(stage.flow)),
         ]
-    if stage.bolts.count:
-        rows += bolt_rows(stage.bolts)
     return {
         "name": stage.name,
         "holds": ground is None or ground.holds,

@@ -106,16 +106,20 @@ def _bolt_counts(bolts: BoltForces) -> str:
     return ", ".join(told)
 
 
-def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, str]]:
-    """Return what ``run`` prints: the verdict and the numbers that a reader asks for first; more where `verbose`."""
-    stage = results.stages[-1]
+def describe(results: Results, stage: StageResult | None = None, *, verbose: bool = False) -> list[tuple[str, str]]:
+    """Return the verdict on a stage, the last by default, and the numbers that a reader asks for first.
+
+    Terminal, notebook and report take their words from here; `verbose` adds how the solution was found.
+    """
+    stage = stage or results.stages[-1]
+    unfinished = not results.finished and stage is results.stages[-1]
     most_compressive, most_tensile, unknown = extreme_stresses(results.blocks, stage)
     without = f" (without {counted(unknown, 'block')} that supports hold, and slivers)" if unknown else ""
     rows = [
-        ("verdict", verdict_in_words(results.blocks, stage) if results.finished else results.status.value),
+        ("verdict", results.status.value if unfinished else verdict_in_words(results.blocks, stage)),
         ("why", stage.reason),
     ]
-    if results.unstable_blocks.size:
+    if stage.unstable_blocks.size:
         rows.append(("comes down", falling(results, stage)))
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
@@ -178,11 +182,13 @@ def _solution_rows(results: Results, stage: StageResult) -> list[tuple[str, str]
     return [
         *rows,
         ("contacts", f"{len(stage.contacts.length)}"),
-        (
-            "residual: block most out of balance",
-            f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}",
-        ),
+        ("residual: block most out of balance", residual_text(stage)),
     ]
+
+
+def residual_text(stage: StageResult) -> str:
+    """Return the greatest residual of a block, as a part of the reference weight."""
+    return f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"
 
 
 DOWN_HEADER = ("block", "at", "area", "weight", "of all", "moved")

@@ -10,7 +10,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.commands.demo import without_bolts
 from bsm_mesh.results.movement import part_of_size
-from bsm_mesh.text.tables import bolt_rows, down_rows, falling, print_table, result_rows
+from bsm_mesh.text.tables import bolt_rows, describe, down_rows, falling, print_table
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
@@ -40,7 +40,7 @@ def test_what_comes_down_is_told_with_place_area_weight_and_part(falls: bsm.resu
 
 
 def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.results.Results) -> None:
-    short, long = dict(result_rows(falls)), dict(result_rows(falls, verbose=True))
+    short, long = dict(describe(falls)), dict(describe(falls, verbose=True))
     assert "weights and loads (x, y)" in short
     assert not any("factorization" in row or "residual" in row for row in short)
     assert {"steps, factorizations", "residual: block most out of balance"} <= set(long)
@@ -59,7 +59,7 @@ def test_greatest_force_and_greatest_utilisation_are_told_of_their_own_bolts() -
     kind = {"diameter": 0.02, "bond_strength": 1e6}
     strong = bsm.Bolt(name="strong", start=(1, 2.5), end=(1, 0.5), yield_strength=500e6, pretension=60e3, **kind)
     weak = bsm.Bolt(name="weak", start=(3, 2.5), end=(3, 0.5), yield_strength=100e6, pretension=30e3, **kind)
-    rows = dict(result_rows(bsm.run(model.replace(bolts=[strong, weak]))))
+    rows = dict(describe(bsm.run(model.replace(bolts=[strong, weak]))))
     assert rows["greatest force in a bolt"].endswith("(strong)")
     assert rows["greatest utilisation of a bolt"].endswith("(weak)")
     assert rows["bolts"] == "2 elastic"
