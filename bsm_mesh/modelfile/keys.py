@@ -123,3 +123,33 @@ def _said_of(annotation: Any, kinds: tuple[type, ...]) -> Iterator[Any]:
     elif get_origin(annotation) in (Union, UnionType):
         for part in get_args(annotation):
             yield from _said_of(part, kinds)
+
+
+def numbers_of(table: type[Table], name: str = "") -> Iterator[tuple[str, str, Quantity]]:
+    """Yield all numbers that a table of the file may hold: the table, the key, and the quantity.
+
+    A table in a table has its own name; a list, or what stands under a user's own names, the name of its entries.
+    """
+    for key, field in table.model_fields.items():
+        annotation = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+        if (quantity := _quantity_within(annotation)) is not None:
+            yield name, key, quantity
+        elif (inner := _table_within(annotation)) is not None:
+            yield from numbers_of(inner, key)
+
+
+def _quantity_within(annotation: Any) -> Quantity | None:
+    """Return what a type, or every entry of it, is a number of."""
+    each = next(_said_of(annotation, (Each,)), None)
+    found = each.quantity if each is not None else quantity_in(annotation)
+    bare = _bare(annotation)
+    if found is None and get_origin(bare) in (list, dict):
+        return _quantity_within(get_args(bare)[-1])
+    return found
+
+
+def _table_within(annotation: Any) -> type[Table] | None:
+    bare = _bare(annotation)
+    if get_origin(bare) in (list, dict):
+        bare = _bare(get_args(bare)[-1])
+    return bare if _is_table(bare) else None

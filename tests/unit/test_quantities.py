@@ -6,7 +6,6 @@ import dataclasses
 import math
 import types
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated, Any, get_args, get_type_hints
 
 import pytest
@@ -124,60 +123,6 @@ def test_ranges_are_closed_and_hold_what_is_usual(name: str) -> None:
         assert low <= quantity.usual[0] < quantity.usual[1] <= high
     for bad in (math.nan, math.inf, -math.inf, 1e29, -1e29):
         assert not quantity.holds(bad)
-
-
-GUIDE = {  # rows of the user guide's table
-    "rock `unit_weight`": quantities.UNIT_WEIGHT,
-    "rock, filling `young`": quantities.YOUNG,
-    "`poisson`": quantities.POISSON,
-    "rock `cohesion`, `residual_cohesion`": quantities.COHESION,
-    "rock `tensile_strength`, `residual_tensile_strength`": quantities.TENSILE_STRENGTH,
-    "joint `cohesion`, `residual_cohesion`": quantities.JOINT_COHESION,
-    "joint `tensile_strength`, `residual_tensile_strength`": quantities.JOINT_TENSILE_STRENGTH,
-    "`friction`, `residual_friction`": quantities.FRICTION,
-    "`dilation`, `dilation_angle`": quantities.DILATION,
-    "`normal_stiffness`, `shear_stiffness`": quantities.STIFFNESS,
-    "`softening_slip`, `dilation_slip`": quantities.SLIP,
-    "`jrc`": quantities.JRC,
-    "`jcs`, `crushing_strength`": quantities.WALL_STRENGTH,
-    "`joint_length`": quantities.JOINT_LENGTH,
-    "`max_closure`": quantities.CLOSURE,
-    "`shear_stiffness_exponent`": quantities.STIFFNESS_EXPONENT,
-    "`reference_stress`": quantities.REFERENCE_STRESS,
-    "filling `thickness`": quantities.THICKNESS,
-    "coordinates, levels": quantities.COORDINATE,
-    "directions": quantities.DIRECTION,
-    "gravity `horizontal`, `vertical`": quantities.GRAVITY_PART,
-    "stage `strength`": quantities.STRENGTH_FACTOR,
-    "`displacement`": quantities.DISPLACEMENT,
-    "`force`": quantities.FORCE,
-    "`pressure`, `traction`, `stress`": quantities.STRESS,
-    "their slopes a_x, a_y": quantities.STRESS_GRADIENT,
-    "`surcharge`, `joint_pressure`": quantities.PRESSURE,
-    "`k0`, its b": quantities.STRESS_RATIO,
-    "water `unit_weight`": quantities.WATER_WEIGHT,
-    "bolt `diameter`": quantities.BOLT_DIAMETER,
-    "bolt `young`": quantities.BOLT_YOUNG,
-    "bolt `stiffness`": quantities.BOLT_STIFFNESS,
-    "bolt `yield_strength`": quantities.YIELD_STRENGTH,
-    "`pretension`, `plate`": quantities.BOLT_FORCE,
-    "`anchor_capacity`": quantities.BOLT_CAPACITY,
-    "bolt `spacing`": quantities.BOLT_SPACING,
-    "`bond_strength`": quantities.BOND_STRENGTH,
-    "`bond_stiffness`, `bearing_stiffness`": quantities.BOND_STIFFNESS,
-    "radial `count`": quantities.BOLT_COUNT,
-    "mesh `unit`": quantities.UNIT_OF_LENGTH,
-    "`merge_tolerance`": quantities.MERGE_TOLERANCE,
-    "`tolerance`": quantities.TOLERANCE,
-    "`displacement_limit`": quantities.DISPLACEMENT_LIMIT,
-}
-
-
-def test_the_guide_has_the_ranges() -> None:
-    guide = (Path(__file__).parents[2] / "docs/user_guide.md").read_text(encoding="utf-8")
-    for keys, quantity in GUIDE.items():
-        usual = quantity.usual_span.removesuffix(f" {quantity.unit}")
-        assert f"| {keys} | {quantity.span} | {usual} |\n" in guide
 
 
 SILLY = [  # old, new, words: what was once taken without a word
