@@ -173,7 +173,8 @@ def own_array(owner: object, name: str, dtype: npt.DTypeLike, shape: tuple[int |
 def content_hash(thing: Any) -> str:
     """Return the SHA-256 of a (nested) dataclass's content: equal models have equal digests.
 
-    Fields with ``metadata={"in_hash": False}`` (derived or cosmetic) do not count. What is no
+    Fields with ``metadata={"in_hash": False}`` (derived or cosmetic) do not count, those with ``"given"``, which came
+    after digests had been written, only where they are not None. What is no
     dataclass, as a joint law of the user's own may be, counts by its class's name and its attributes.
     """
     state = hashlib.sha256()
@@ -185,7 +186,8 @@ def _feed(state: Any, thing: Any, within: tuple[int, ...] = ()) -> None:
     if dataclasses.is_dataclass(thing):
         state.update(type(thing).__name__.encode())
         for field in dataclasses.fields(thing):
-            if field.metadata.get("in_hash", True):
+            counts = field.metadata.get("in_hash", True)
+            if counts and (counts != "given" or getattr(thing, field.name) is not None):
                 state.update(field.name.encode())
                 _feed(state, getattr(thing, field.name), within)
     elif isinstance(thing, np.ndarray):

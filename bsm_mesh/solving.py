@@ -68,6 +68,9 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     if model is None or options is None:
         raise ModelError("spread: these results were read back, without their model; give what bsm.run returned")
     refuse_one_route(options)
+    for stage in model.stages:
+        if stage.shaking is not None:
+            raise ModelError(f"spread: stage '{stage.name}' is shaken; compare runs with other time steps instead")
     ends = [route_end(USUAL.name, results, results)]
     for route in OTHERS:
         report(f"spread: {route.name}")

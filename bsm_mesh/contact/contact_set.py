@@ -33,15 +33,15 @@ def gather_contacts(
     band: float,
     *,
     first: bool,
+    keeps_lengths: bool = False,
 ) -> ContactSet:
     """Return the contact candidates near a position with their history.
 
     At the start (`first`) all contacts within tolerance are intact, and small overlaps of the given geometry carry no
-    pressure. Later ones have no cohesion, no tensile strength and residual friction.
+    pressure. Later ones have no cohesion, no tensile strength, residual friction. `keeps_lengths`: of closed contacts.
     """
     placed = outlines.placed(position)
-    found = detect_contacts(outlines, placed, history.active, band)
-    found = _keeping_lengths(history, found)
+    found = _keeping_lengths(history, detect_contacts(outlines, placed, history.active, band), always=keeps_lengths)
     blocks, near = model.blocks, CONTACT_TOLERANCE * outlines.size
     sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
@@ -117,8 +117,10 @@ def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: B
     return Dilating.among(np.where(mated, slope, 0.0) if len(slope) else slope, last)
 
 
-def _keeping_lengths(history: History, found: Candidates) -> Candidates:
+def _keeping_lengths(history: History, found: Candidates, *, always: bool) -> Candidates:
     """Return candidates that keep the length of their history while an edge that shared it is turned away, or past it.
+
+    `always`: in any case.
 
     A face that has slid off another would stand for a lone corner, twenty times as much as at last. Blocks that rock on
     an edge would sink and rise. Two edges at a flat corner turn away one by one: without memory of both a block may
@@ -132,6 +134,8 @@ def _keeping_lengths(history: History, found: Candidates) -> Candidates:
     ended = (edges[rows] == 0) & (found.parallel_edge[rows] >= 0)
     length[rows] = np.where(ended, history.length[row], np.maximum(length[rows], history.length[row]))
     edges[rows] = history.parallel_edges[row]
+    if always:
+        length[known] = history.length[found.history[known]]
     return replace(found, length=length, parallel_edges=edges)
 
 

@@ -36,7 +36,8 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 _TYPES: dict[Any, Any] = {"int": int, "float": float, "str": str, "tuple[str, ...]": _names}
-_KINDS = {field.name: _TYPES[field.type] for field in fields(StepRecord) if field.name != "recorded"}  # in own files
+_ELSEWHERE = "recorded", "time"  # in files of their own
+_KINDS = {field.name: _TYPES[field.type] for field in fields(StepRecord) if field.name not in _ELSEWHERE}
 
 
 def read_history(content: bytes, count: int, path: Path) -> list[StepRecord]:

@@ -10,6 +10,7 @@ from bsm_mesh.model.joint_laws import BartonBandis, JointResponse, LadanyiArcham
 from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
 from bsm_mesh.model.water import Water
@@ -41,6 +42,7 @@ __all__ = [
     "Pressure",
     "Rock",
     "Roller",
+    "Shaking",
     "Stage",
     "Traction",
     "Water",

@@ -59,6 +59,24 @@ def model_up_to(model: Model, number: int) -> Model:
     return model.replace(stages=stages, bolts=bolts, histories=())  # which may be of bolts that are not there
 
 
+def resting_stage(model: Model, stage: str | None, what: str) -> int:
+    """Return the number of a stage for `what` looks at blocks at rest, as `stage_number`.
+
+    Raises
+    ------
+    ModelError
+        If there is none of that name, or it or one before it is shaken.
+    """
+    number = stage_number(model, stage)
+    shaken = [each.name for each in model.stages[:number] if each.shaking is not None]
+    if shaken:
+        raise ModelError(
+            f"{what} is of blocks at rest, and stage '{shaken[0]}' is shaken; ask about a stage before it, or give the "
+            "earthquake as a part of the weights: gravity horizontal and vertical"
+        )
+    return number
+
+
 def stage_number(model: Model, stage: str | None) -> int:
     """Return the number of a stage, 0 for ``initial``; None is the last.
 

@@ -140,6 +140,18 @@ def _stage_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
         if stage.water is not None:
             yield from _water_faults(f"stage '{stage.name}': water", stage.water, model, joint_names)
         yield from (f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength))
+        if stage.shaking is not None:
+            yield from (f"stage '{stage.name}': shaking: {text}" for text in _shaking_faults(model))
+
+
+def _shaking_faults(model: Model) -> Iterable[str]:
+    """Return a sentence for everything with which blocks cannot be shaken."""
+    if model.flow is not None:
+        yield "flow in joints is not followed in time; give [water] with a still table instead of [flow]"
+    used = {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
+    for rock in model.rocks:
+        if rock.unit_weight == 0 and rock.name in used:
+            yield f"rock '{rock.name}' has unit_weight 0, so no mass; give its unit weight"
 
 
 def _missing(

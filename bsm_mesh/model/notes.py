@@ -240,7 +240,8 @@ def _of_stages(model: Model) -> Iterator[str]:
     installs = {bolt.stage for bolt in model.bolts}
     for stage in model.stages[:1]:  # a later one may release what the former held
         grounds = stage.excavate or stage.fill or stage.loads or stage.water is not None or stage.flow is not None
-        if not (grounds or stage.strength or stage.gravity is not None or stage.name in installs):
+        acts = stage.gravity is not None or stage.shaking is not None
+        if not (grounds or stage.strength or acts or stage.name in installs):
             yield f"stage '{stage.name}' changes nothing"
 
 

@@ -136,6 +136,15 @@ BOLT_COUNT = Quantity(least=1, most=10_000, whole=True, example="9")
 RADIUS = Quantity(unit="m", least=0, most=1e5, example='"2 m"')
 DISTANCE = Quantity(unit="m", least=0, most=1e6, example='"0.75 m"')
 
+# Shaking.
+FREQUENCY = Quantity(unit="Hz", least=1e-3, most=1e6, usual=(0.05, 1e3), example='"2 Hz"')
+MOTION = Quantity(least=-1e6, most=1e6, example="3.0", why="it is an acceleration [m/s^2] or a velocity [m/s]")
+COUNT_OF_WAVES = Quantity(above=0, most=1e6, example="10")
+MOTION_FACTOR = Quantity(least=-1e6, most=1e6, usual=(-10, 10), example="0.5")
+DURATION = Quantity(unit="s", least=1e-6, most=1e5, usual=(1e-4, 600), example='"20 s"')
+MASS_SCALING = Quantity(least=1, most=1e6, usual=(1, 10), example="2", why="1 leaves every block its real mass")
+IMBALANCE = Quantity(above=0, most=1, usual=(0, 0.05), example="0.01")
+
 # Meshes.
 UNIT_OF_LENGTH = Quantity(unit="m", least=1e-6, most=1e4, example='"mm"', why="rock is measured in um to km")
 MERGE_TOLERANCE = Quantity(unit="m", least=0, most=1, usual=(0, 0.01), example="1e-9")

@@ -16,6 +16,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.flow import FlowChange
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
 from bsm_mesh.model.quantities import BLOCK, GRAVITY_PART, RELAXATION, STRENGTH_FACTOR, STRESS
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.values import Rules, is_number, parts_of
 from bsm_mesh.model.water import Water
 
@@ -55,6 +56,8 @@ class Stage:
     gravity : (float, float) or None
         New horizontal and vertical parts of the unit weights that pull besides, along +x and upwards, as the model's
         `gravity_horizontal` and `gravity_vertical`; None: as before.
+    shaking : Shaking or None
+        How the ground is shaken; such a stage changes nothing else.
 
     Raises
     ------
@@ -79,6 +82,7 @@ class Stage:
     loads: tuple[Load, ...] = ()
     strength: Mapping[str, float] = field(default_factory=dict, hash=False)
     gravity: tuple[float, float] | None = None
+    shaking: Shaking | None = field(default=None, metadata={"in_hash": "given"})
 
     def __post_init__(self) -> None:
         rules = Rules("stage", self.name)
@@ -93,6 +97,7 @@ class Stage:
         object.__setattr__(self, "loads", loads)
         rules.a_thing("water", self.water, Water, optional=True)
         rules.a_thing("flow", self.flow, FlowChange, optional=True)
+        rules.a_thing("shaking", self.shaking, Shaking, optional=True)
         strength = rules.mapping("strength", self.strength)
         for name, part in strength.items():
             rules.number(f"strength of '{name}'", part, STRENGTH_FACTOR)
@@ -110,11 +115,23 @@ class Stage:
             )
         if not rules.faults and (not factors or any(b <= a for a, b in pairwise(factors))):
             rules.faults.append(f"{rules.thing}: relaxation = {list(factors)} must rise, for example [0.5, 1.0]")
+        if self.shaking is not None:
+            rules.faults += self._besides_shaking()
         raise_faults(rules.faults)
         object.__setattr__(self, "relaxation", tuple(float(factor) for factor in factors))
         object.__setattr__(self, "pressure", float(self.pressure))
         given = {name: float(part) for name, part in strength.items()}
         object.__setattr__(self, "strength", ReadOnlyMapping(given))
+
+    def _besides_shaking(self) -> list[str]:
+        """Return a sentence where a stage that is shaken is changed too."""
+        changes = ("excavate", "fill", "pressure", "water", "flow", "loads", "strength", "gravity")
+        given = [name for name in changes if getattr(self, name)]
+        if self.relaxation not in ((1.0,), 1.0, [1.0]):
+            given.append("relaxation")
+        if not given:
+            return []
+        return [f"stage '{self.name}': shaking goes without {', '.join(given)}; give these in a stage before"]
 
 
 def _regions(value: Any, name: str, rules: Rules) -> tuple[Region, ...]:

@@ -220,7 +220,9 @@ def _water(water: Water) -> Content:
 
 
 def _stage(stage: Stage) -> Content:
-    table = _fields(stage, "water", "flow", "loads", "strength", "gravity") | {
+    if stage.shaking is not None:
+        raise NoFormError("its shaking has no form in a model file")
+    table = _fields(stage, "water", "flow", "loads", "strength", "gravity", "shaking") | {
         "load": [_load(load) for load in stage.loads]
     }
     if stage.strength:

@@ -13,6 +13,7 @@ from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.flow import FlowResult
+from bsm_mesh.results.shaking import ShakingResult
 
 
 class Status(StrEnum):
@@ -178,6 +179,8 @@ class StepRecord:
         Methods that were tried before, in vain, in order.
     recorded : tuple of float
         The values of the model's histories at its end, in the order of ``Results.recorded``.
+    time : float or None [s]
+        Since the stage began, while it is shaken; else None.
     """
 
     stage: int
@@ -192,6 +195,7 @@ class StepRecord:
     method: str
     tried: tuple[str, ...] = ()
     recorded: tuple[float, ...] = ()
+    time: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
@@ -250,6 +254,8 @@ class StageResult(Portable):
         What checking the verdict takes besides; every run gives it.
     proof : Proof or None
         What limit analysis says of the start, where it was asked: of a stage that is unstable.
+    shaking : ShakingResult or None
+        Energies, peaks and time steps, where the stage is shaken.
     small_blocks : (k,) int32
         Blocks that are too small to count for the verdict (``falls.ignore_below``).
     """
@@ -282,6 +288,7 @@ class StageResult(Portable):
     evidence: Evidence | None = None
     proof: Proof | None = None
     flow: FlowResult | None = None
+    shaking: ShakingResult | None = None
     small_blocks: IntArray = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import get_args
 
 from bsm_mesh.errors import raise_faults
-from bsm_mesh.model.in_stage import model_up_to, stage_number
+from bsm_mesh.model.in_stage import model_up_to, resting_stage
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
@@ -112,8 +112,9 @@ def factor_of_safety(
     chosen = None if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
     reduction = Reduction(joints=chosen, rocks=chosen is None if rocks is None else rocks, bolts=bolts)
     given = run_options(model, options, processes)
-    name = [INITIAL, *(each.name for each in model.stages)][stage_number(model, stage)]
-    model = model_up_to(model, stage_number(model, stage))
+    number = resting_stage(model, stage, "a factor of safety")
+    name = [INITIAL, *(each.name for each in model.stages)][number]
+    model = model_up_to(model, number)
     reduction.parts(model, 1.0)
     report("limit analysis")
     limit = limit_of(model, reduction, given.falls)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.in_stage import model_up_to, stage_number
+from bsm_mesh.model.in_stage import model_up_to, resting_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options, with_unit
@@ -102,7 +102,7 @@ def limit_value(
     settings = Settings(tolerance=tolerance, failure=failure or Failure(), trials=trials, processes=processes)
     within = range_of(good, bad, tolerance)
     model = model_at(good)
-    number = stage_number(model, stage)
+    number = resting_stage(model, stage, "the limit of a number")
     name = [INITIAL, *(each.name for each in model.stages)][number]
     runs = ValueTrials(model_at=model_at, options=run_options(model, options, processes), stage=number)
     counts = counted_blocks(model, runs.options.falls)

@@ -12,7 +12,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.in_stage import stage_number
+from bsm_mesh.model.in_stage import resting_stage
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.quantities import COORDINATE
 from bsm_mesh.model.values import Rules
@@ -203,9 +203,8 @@ def back_analysis(
     settings = Settings(tolerance=tolerance, failure=Failure(), trials=trials, processes=processes)
     within = range_of(good, bad, tolerance)
     model = model_at(good)
-    run = ValueTrials(
-        model_at=model_at, options=run_options(model, options, processes), stage=stage_number(model, stage)
-    )
+    number = resting_stage(model, stage, "back-analysis")
+    run = ValueTrials(model_at=model_at, options=run_options(model, options, processes), stage=number)
     known: tuple[Ended, ...] = ()
     estimates: list[Estimate] = []
     shown: list[Trial] = []

@@ -22,6 +22,9 @@ def refuse(model: Model, joints: bool) -> None:
     """Raise for models that the continuum cannot solve, with interfaces at joints or without."""
     if model.flow is not None:
         raise ModelError("the continuum knows no flow in joints; set a model with [water] instead of [flow] beside it")
+    for stage in model.stages:
+        if stage.shaking is not None:
+            raise ModelError(f"the continuum is at rest, and stage '{stage.name}' is shaken; remove this stage")
     if not joints:
         raise_faults(rigid_rock_faults(model.rocks, rocks_in_use(model)))
 

@@ -53,3 +53,21 @@ def overlap_at(pressure: FloatArray, stiffness: FloatArray, limit: FloatArray, c
     beyond = np.maximum(pressure - most, 0.0) * last
     overlap: FloatArray = closure + beyond + np.minimum(pressure, 0.0) * (compliance + 1 / stiffness)
     return overlap
+
+
+def energy_at(pressure: FloatArray, stiffness: FloatArray, limit: FloatArray, compliance: FloatArray) -> FloatArray:
+    """Return the elastic energy [N] of joint and rock under pressures (h,) [N/m]: that of `overlap_at`, integrated.
+
+    Under the hyperbola ``v = P vm / (A + P)``, A = stiffness times limit, the work is
+    ``A vm (ln(1 + P / A) - P / (A + P))``.
+    """
+    full = stiffness * limit
+    most = full * NEAREST / (1 - NEAREST)
+    pressing = np.clip(pressure, 0.0, most)
+    part = pressing / full
+    joint = full * limit * (np.log1p(part) - part / (1 + part))
+    last = compliance + limit * full / (full + most) ** 2
+    beyond = np.maximum(pressure - most, 0.0)
+    pulling = np.minimum(pressure, 0.0) ** 2 * (compliance + 1 / stiffness) / 2
+    energy: FloatArray = compliance * pressing**2 / 2 + joint + last * beyond * (most + beyond / 2) + pulling
+    return energy

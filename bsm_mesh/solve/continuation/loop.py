@@ -15,9 +15,9 @@ The step, numbered as in the loop:
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from time import perf_counter
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from bsm_mesh.solve.continuation.plan import USUAL, Route
 from bsm_mesh.solve.continuation.state import CycleMemory, LoopState
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.motion.motion import Motion, Start
+from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.attempt import Attempt, Iterate
 from bsm_mesh.solve.step.block_system import BlockSystem
@@ -79,7 +80,11 @@ class Continuation:
     ----------
     state : LoopState
         What the last accepted step hands to the next; none before the first.
+    shaken : ShakingMemory or None
+        How far the stage was shaken.
     """
+
+    shaken: ShakingMemory | None = None
 
     def __init__(
         self,
@@ -116,7 +121,7 @@ class Continuation:
         """Return the final state: equilibrium, collapse, or not converged."""
         acceptance = self._acceptance
         while True:
-            state, tried, began = self.state, [], (time.perf_counter(), self.factors.count)
+            state, tried, began = self.state, [], (perf_counter(), self.factors.count)
             equations, iterate = self._begun(state)  # (1)
             phase, goal = acceptance.phase(equations, iterate, state.number), acceptance.goal(iterate)
             for method in self._route.plan(phase):  # (2)
@@ -201,6 +206,7 @@ class Continuation:
             double_precision=self.factors.double_precision,
             cycle=CycleMemory.none() if cycle is None else cycle,
             steps=tuple(self.steps),
+            shaken=self.shaken,
         )
 
     def _recall(self, state: LoopState) -> LoopState:
@@ -209,7 +215,7 @@ class Continuation:
         self.system.residual_scale, self.start_residual = state.residual_scale, state.start_residual
         self.collapse.recall(state.collapse)
         self.factors.recall(state.double_precision)
-        self._acceptance.pace, self.steps = state.pace, list(state.steps)
+        self._acceptance.pace, self.steps, self.shaken = state.pace, list(state.steps), state.shaken
         return state
 
     def _exhausted(self, steps: str, residual: float, position: FloatArray) -> str:
@@ -233,6 +239,7 @@ class Continuation:
         at: Evaluation,
         began: tuple[float, int],
         tried: tuple[str, ...],
+        time: float | None = None,
     ) -> None:
         time_then, before = began
         record = StepRecord(
@@ -244,9 +251,10 @@ class Continuation:
             factorizations=self.factors.count - before,
             open_contacts=int((contacts.within_tolerance & ~at.closed).sum()),
             slipping_contacts=int(at.at_strength.sum()),
-            seconds=time.perf_counter() - time_then,
+            seconds=perf_counter() - time_then,
             method=tried[-1],
             tried=tried[:-1],
+            time=time,
         )
         self.steps.append(record)
         self.observer(record, lambda: self._motion(Status.NOT_CONVERGED, "on its way", contacts, position))

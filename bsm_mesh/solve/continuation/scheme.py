@@ -28,9 +28,11 @@ from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.continuation.evidence import evidence_of
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.plan import USUAL, Route
+from bsm_mesh.solve.continuation.shaken import ShakenContinuation
 from bsm_mesh.solve.continuation.state import ContinuationState, LoopState
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
+from bsm_mesh.solve.motion.shaking_memory import ShakingMemory, result_of
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
@@ -67,6 +69,7 @@ class ContinuationScheme:
     _intact = True  # until the first solution
     _engine: Continuation | None = None  # while it solves
     _resumed: LoopState | None = None  # of the solution that goes on
+    _shaken: ShakingMemory | None = None  # of a stage that is shaken, in the numbers of the whole
 
     def __init__(self, model: Model, options: Options, report: Reporter, route: Route = USUAL) -> None:
         self.model, self.options, self.report, self.route = model, options, report, route
@@ -89,6 +92,7 @@ class ContinuationScheme:
             intact=self._intact,
             linear_solver=self.linear_solver,
             loop=loop,
+            shaken=self._shaken,
         )
 
     def restore(self, state: ContinuationState) -> None:
@@ -96,6 +100,7 @@ class ContinuationScheme:
         self.moved, self._origin, self._velocity = state.moved.copy(), state.origin, state.velocity
         self.history, self.bolts = state.history, state.bolts.recalled(self.bolts)
         self._intact, self.linear_solver, self._resumed = state.intact, state.linear_solver, state.loop
+        self._shaken = state.shaken
 
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field, and return notes on it."""
@@ -117,7 +122,7 @@ class ContinuationScheme:
     def install(self, number: int) -> None:
         """Install the bolts of a stage as the blocks stand; their movement in the stage counts from there."""
         self.bolts = self.bolts.install(number, self.moved)
-        self._origin = self.moved.copy()
+        self._origin, self._shaken = self.moved.copy(), None
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
@@ -146,7 +151,9 @@ class ContinuationScheme:
         whole = number > 0 or self.model.in_situ is not None
         for share in (1.0,) if whole else self.route.parts:
             loaded = loaded_in_part(part.model, share)
-            engine = self._engine = self._loop(loaded, start, bars_before, observer, accepted)
+            engine = self._engine = self._loop(
+                replace(part, model=loaded), number, start, bars_before, observer, accepted
+            )
             self._resumed = None
             motion = engine.run()
             self._engine = None
@@ -160,23 +167,31 @@ class ContinuationScheme:
         self.history = in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
         self._velocity = None if motion.velocity is None else part.in_whole(motion.velocity)
+        self._shaken = None if engine.shaken is None else engine.shaken.in_whole(part)
         return self._outcome(engine, motion, bars_before)
 
     def _loop(
         self,
-        model: Model,
+        part: SubModel,
+        number: int,
         start: Start,
         bars_before: FloatArray,
         observer: Observer,
         accepted: Callable[[], None],
     ) -> Continuation:
-        """Return the loop of a part, at its start."""
+        """Return the loop of a part in a stage, at its start."""
 
         def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
             observer(record, lambda: self._outcome(engine, motion(), bars_before).stage)
 
-        kind = WangIteration if self.options.scheme == "wang" else Continuation
-        engine = kind(model, self.options, watch, start, self._resumed, accepted, self.route)
+        given = part.model, self.options, watch, start, self._resumed, accepted, self.route
+        engine: Continuation
+        shaking = self.model.stages[number - 1].shaking if number else None
+        if shaking is not None:
+            shaken = None if self._shaken is None else self._shaken.in_part(part)
+            engine = ShakenContinuation(*given, shaking=shaking, shaken=shaken)
+        else:
+            engine = (WangIteration if self.options.scheme == "wang" else Continuation)(*given)
         return engine
 
     def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
@@ -243,6 +258,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         residual=motion.residual,
         reference_weight=motion.reference,
         steps=motion.steps,
+        shaking=None if engine.shaken is None else result_of(engine.shaken),
         evidence=evidence_of(engine.system, motion, kept),
     )
     return Outcome(stage, size, motion.down, motion.small)

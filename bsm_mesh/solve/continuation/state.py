@@ -11,6 +11,7 @@ from bsm_mesh.contact.history import History
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.continuation.pace import Pace
+from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -107,6 +108,8 @@ class LoopState:
         Of the last cycle of Wang's iteration; empty otherwise.
     steps : tuple of StepRecord
         Records of the steps so far.
+    shaken : ShakingMemory or None
+        How far the stage was shaken.
     """
 
     number: int
@@ -122,6 +125,7 @@ class LoopState:
     double_precision: str
     cycle: CycleMemory
     steps: tuple[StepRecord, ...]
+    shaken: ShakingMemory | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -146,6 +150,8 @@ class ContinuationState:
         Name of the solver used.
     loop : LoopState or None
         Of the loop under way.
+    shaken : ShakingMemory or None
+        How far the stage was shaken before blocks were taken away.
     """
 
     moved: FloatArray
@@ -156,3 +162,4 @@ class ContinuationState:
     intact: bool
     linear_solver: str
     loop: LoopState | None
+    shaken: ShakingMemory | None = None

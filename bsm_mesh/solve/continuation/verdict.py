@@ -116,19 +116,24 @@ class CollapseCriterion:
         self.sizes_moved, self.speed = memory.sizes_moved, memory.speed
 
     def check(
-        self, contacts: ContactSet, contacted: BoolArray, position: FloatArray, velocity: FloatArray | None = None
+        self,
+        contacts: ContactSet,
+        contacted: BoolArray,
+        position: FloatArray,
+        velocity: FloatArray | None = None,
+        flight: float = SETTINGS.free_move,
     ) -> Collapse | None:
         """Return what has come down after an accepted step, or None.
 
-        `contacted`: contacts (m,) closed at its end, or during the step.
+        `contacted`: contacts (m,) closed at its end, or during the step; `flight`: as `CollapseSettings.free_move`.
         """
         system, supported = self.system, self._supported(contacts, contacted, position)
         self.last_supported = np.where(supported[:, None], position, self.last_supported)
         moved = np.hypot(*(position - self.begin)[:, :2].T)
         fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
         loose = ~supported & self.detached & (np.abs(system.loads).max(axis=1) > 0)
-        chips = self.small & ((loose & (fallen > SETTINGS.free_move * self.own_size)) | (moved > self.mean_size))
-        free = loose & ~self.small & (fallen > SETTINGS.free_move * self.size)
+        chips = self.small & ((loose & (fallen > flight * self.own_size)) | (moved > self.mean_size))
+        free = loose & ~self.small & (fallen > flight * self.size)
         runs = self._runs_on(moved, velocity) & ~self.small
         self.thrown = ~supported & ~self.detached
         self.detached = ~supported

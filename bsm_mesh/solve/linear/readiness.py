@@ -60,7 +60,7 @@ def make_ready(model: Model, options: Options) -> Ready:
         not there; a flow that is none; in the linear scheme parts that are free to move. The other schemes follow
         these: they are noted.
     """
-    faults = [*start_faults(model), *_solver_faults(options)]
+    faults = [*start_faults(model), *_solver_faults(options), *_shaking_faults(model, options)]
     try:
         flow = None if model.flow is None else FlowCoupling(model)
         model = model if flow is None else model.replace(face_water=flow.first.water)
@@ -81,6 +81,14 @@ def make_ready(model: Model, options: Options) -> Ready:
     if flow is not None:
         flow.apertures.set_in_situ((-borne[0] / contacts.length).reshape(-1, 2)[contacts.joint[::2] >= 0])
     return Ready(model, contacts, system, (*notes, *_notes(free)), flow)
+
+
+def _shaking_faults(model: Model, options: Options) -> list[str]:
+    """Return why stages cannot be shaken; nothing where they can."""
+    names = [stage.name for stage in model.stages if stage.shaking is not None]
+    if not names or options.scheme == "continuation":
+        return []
+    return [f"stage '{names[0]}' is shaken, which scheme = '{options.scheme}' cannot do; take 'continuation'"]
 
 
 def _solver_faults(options: Options) -> tuple[str, ...]:

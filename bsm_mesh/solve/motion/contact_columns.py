@@ -22,8 +22,8 @@ ChunkArray = NDArray[np.void]  # (c,) of CONTACT, STRENGTH, ...: WIDTH contacts 
 WIDTH = 16  # contacts of a chunk, which changes no digit: of every column it is a line of the cache
 
 
-def _chunk(*names: str) -> np.dtype[np.void]:
-    return np.dtype([(name, "f4", (WIDTH,)) for name in names])
+def _chunk(*names: str, kind: str = "f4") -> np.dtype[np.void]:
+    return np.dtype([(name, kind, (WIDTH,)) for name in names])
 
 
 FRAME = ("bx", "by", "ax", "ay", "tx", "ty")  # as `frames` returns them
@@ -63,13 +63,26 @@ SLIP = _chunk("slid", "dilation", "room")
 """How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
 GROWTH = _chunk(*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness", "last_pressure")
 """Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; both of last."""
+WORK = _chunk(
+    "dissipated",  # by slip and broken bonds
+    "damped",  # by dashpots
+    "pressure",  # of the spring, the dashpot's and the opening by dilation after the last cycle
+    "drag",
+    "opening",
+    "shear",  # shear force, its stiffness, movement along the edge and gap before this cycle
+    "stiffness",
+    "along",
+    "gap",
+    kind="f8",
+)
+"""Work that contacts take in a window [N], in double precision, where it is asked for; all of them change."""
 LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
 
 
 def chunked(kind: np.dtype[np.void], columns: Mapping[str, Any], count: int) -> ChunkArray:
     """Return contacts in chunks, (c,) of `kind`, from some of their columns (count,); others are zero."""
     names, size = kind.names or (), -(-count // WIDTH)
-    flat = np.zeros((len(names), size * WIDTH), np.float32)
+    flat = np.zeros((len(names), size * WIDTH), kind[0].base)
     for row, name in enumerate(names):
         if name in columns:
             flat[row, :count] = columns[name]

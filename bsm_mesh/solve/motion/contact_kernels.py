@@ -19,6 +19,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.contact_columns import WIDTH, ChunkArray, SingleArray
 from bsm_mesh.solve.motion.joint_kernels import close, dilate, fail, grow, hold, slide, weaken
+from bsm_mesh.solve.motion.work_kernels import add_dilation, add_work, begin_work
 
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 ROOM = np.dtype(
@@ -46,6 +47,7 @@ def add_contact_forces(
     closures: ChunkArray,
     slips: ChunkArray,
     growths: ChunkArray,
+    works: ChunkArray | None,
     forces: FloatArray,
 ) -> None:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
@@ -59,15 +61,17 @@ def add_contact_forces(
     block_a, block_b : (m,) uint32
         Blocks of the corner and of the edge.
     contacts : (c,) CONTACT
-        The contacts; what a cycle leaves behind changes in place, as in the others.
-    strengths, closures, slips, growths : (c,) STRENGTH, CLOSURE, SLIP, GROWTH
-        Each empty where no contact needs it.
+        What a cycle leaves behind changes in place, as in the others.
+    strengths, closures, slips, growths, works : (c,) STRENGTH, CLOSURE, SLIP, GROWTH, WORK or None
+        Each empty where no contact needs it, the last None where no work is asked for.
     """
     t = np.zeros(1, ROOM)[0]
     for k in range(contacts.size):
         chunk, first = contacts[k], k * WIDTH
         count = min(WIDTH, block_a.size - first)
         _gather(here, sine, versine, block_a, block_b, first, count, t)
+        if works is not None:
+            begin_work(chunk, works[k])
         _approach(chunk, t)
         if slips.size:
             dilate(slips[k], t)
@@ -84,6 +88,10 @@ def add_contact_forces(
         _shear(chunk, t)
         if strengths.size:
             fail(strengths[k], t)
+        if works is not None:
+            if slips.size:
+                add_dilation(slips[k], works[k], t)
+            add_work(chunk, works[k], t)
         if slips.size:
             slide(chunk, slips[k], t)
         _change_forces(chunk, t)

@@ -70,9 +70,13 @@ class ExplicitMotion:
         self._strips = strips(self.system.outlines.centroid, step.factors.options.threads)
         self._rows, self._columns = self._near()
         given = np.zeros_like(step.start) if velocity is None else velocity
-        self._masses = Masses(self._step, settings, self._weighed(), given)
+        self._masses = self._begin_masses(given)
         self._velocity = given / np.sqrt(self._masses.inverse_rate)
         self._prescribed, self._prescribed_cycles = self._prescribed_per_cycle(step)
+
+    def _begin_masses(self, velocity: FloatArray) -> Masses:
+        """Return the masses for a velocity at the start (n, 3), as `velocity`."""
+        return Masses(self._step, self._settings, self._weighed(), velocity)
 
     @property
     def equations(self) -> StepEquations:
@@ -128,11 +132,11 @@ class ExplicitMotion:
 
     def advance(self, max_cycles: int | None = None) -> None:
         """Go through a window, of `max_cycles` at most, and keep what slips, breaks and yields in it."""
-        self._masses.update(self._weighed())
+        cycles = self._begin_window(min(self._settings.cycles, max_cycles or self._settings.cycles))
         contacts, at, rows, supports = self.contacts, self.residual.at, self._rows, self._step.supports
         columns = self._columns | {"dashpot": self._masses.dashpots(self._weighed())}
-        share = share_of(contacts, at, self.system.catalogue, rows, columns)
-        cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
+        shaken = self._shaken()
+        share = share_of(contacts, at, self.system.catalogue, rows, columns, works=shaken is not None)
         # A window may end early: what its supports have not moved would be lost.
         if self.cycles < self._prescribed_cycles:
             cycles = min(cycles, self._prescribed_cycles - self.cycles)
@@ -146,6 +150,7 @@ class ExplicitMotion:
             loads=(self._acting(), self._ramped_load, self._unramped_fraction(cycles)),
             constants=(1 / self._masses.mass, self.system.scale, self._settings.damping),
             velocity=self._velocity,
+            shaken=shaken,
         )
         self.cycles += went
         self.diverged = not np.isfinite(moved).all()
@@ -153,6 +158,15 @@ class ExplicitMotion:
             return
         self._keep(self.residual.position + moved, share)
         self._rows, self._columns = self._near()
+
+    def _begin_window(self, cycles: int) -> int:
+        """Set the masses for the contacts there are, and return how many of the cycles the window may have."""
+        self._masses.update(self._weighed())
+        return cycles
+
+    def _shaken(self) -> tuple[FloatArray, FloatArray] | None:
+        """Return drag (n, 3) and room for work (n, 5) of shaken blocks, as `move_shaken` takes them; or None."""
+        return None
 
     def _window(self) -> float:
         """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""

@@ -12,6 +12,7 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.bolt_kernels import add_bolts
 from bsm_mesh.solve.motion.contact_columns import ChunkArray, SingleArray
 from bsm_mesh.solve.motion.contact_kernels import add_contact_forces
+from bsm_mesh.solve.motion.shaken_kernels import move_shaken
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look reads every position once more
 
@@ -23,55 +24,57 @@ def advance(
     farthest: float,
     own: IntArray,
     supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
-    contacts: tuple[IntArray, IntArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray],
+    contacts: tuple[IntArray, IntArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray | None],
     bolts: tuple[FloatArray, ...] | None,
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
     velocity: FloatArray,
     moved: FloatArray,
     turns: SingleArray,
-    forces: FloatArray,
+    room: FloatArray,
+    shaken: tuple[FloatArray, FloatArray] | None,
 ) -> int:  # pragma: no cover - compiled
     """Go through cycles of unit time, and return how many: fewer where a block has moved too far.
 
     Parameters
     ----------
-    cycles, begun : int
-        How many, and how many there were in this window.
-    farthest : float [m]
-        A block that has moved farther since the reference ends it.
-    own : (k,) int64
-        Blocks without a support that are moved here; others are where `moved` has them.
+    cycles, begun : int, farthest : float [m], own : (k,) int64
+        How many, and how many there were in this window. A block that has moved farther since the reference ends it.
+        Blocks without a support that are moved here.
     supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
-        Which of the supported blocks are moved here; all of them; onto their free axes; movement that supports
-        prescribe in a cycle.
-    contacts : block_a, block_b, contacts, strengths, closures, slips, growths
+        Which of the supported ones are moved here; all of them; onto their free axes; prescribed in a cycle.
+    contacts : block_a, block_b, contacts, strengths, closures, slips, growths, works
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
-    bolts : tuple of arrays or None
-        As `add_bolts` takes them; None where there are none: then no kernel of bolts is compiled in.
+    bolts, shaken : tuples of arrays or None
+        As `add_bolts` takes them; drag (n, 3) and work (n, 5) of shaken blocks as `move_shaken` takes them. What is
+        None is not compiled in.
     loads : acting (n, 3), ramped_load (n, 3), unramped_fraction (cycles,)
         Forces at the reference without the bolts'; part of them that is brought on in a ramp; how much of that part
-        does not act yet, in every cycle.
-    constants : inverse_mass (n, 3), scale (n, 3), damping
-        Masses over the square of a cycle; as in `BlockSystem`; as `accelerate` takes it.
-    velocity : (n, 3) float64 [m, m, rad]
-        Movement in a cycle; it changes in place.
-    moved : (2, n, 3) float64, turns : (2, 2, n) float32
+        does not act yet, in every cycle. Of shaken blocks: masses along the base's movement, its acceleration.
+    constants : inverse_mass (n, 3), scale (n, 3), damping, velocity : (n, 3) float64 [m, m, rad]
+        Masses over the square of a cycle; as in `BlockSystem`; as `accelerate` takes it. Movement in a cycle.
+    moved : (2, n, 3) float64, turns : (2, 2, n) float32, room : (1 or 2, n, 3) float64
         Movement since the reference and the sine and versine of its turns, after an even and an odd number of
-        cycles; they change in turns, so that threads may each move a part of the blocks.
-    forces : (n, 3) float64
-        Room to work in.
+        cycles; they change in turns, so that threads may each move a part of the blocks. Room to work in.
     """
-    held = supports[1][supports[0]]
+    held, forces = supports[1][supports[0]], room[0]
     for cycle in range(cycles):
         here, there = moved[(begun + cycle) % 2], moved[(begun + cycle + 1) % 2]
         now, then = turns[(begun + cycle) % 2], turns[(begun + cycle + 1) % 2]
         _set_loads(own, loads, cycle, forces)
         _set_loads(held, loads, cycle, forces)
         add_contact_forces(here, now[0], now[1], *contacts, forces)
-        if bolts is not None:
-            add_bolts(here, *bolts, forces)
-        _move(own, supports, constants, forces, velocity, here, there, then)
+        if shaken is None:
+            if bolts is not None:
+                add_bolts(here, *bolts, forces)
+            _move(own, supports, constants, forces, velocity, here, there, then)
+        else:
+            room[1] = 0.0
+            if bolts is not None:
+                add_bolts(here, *bolts, room[1])
+            move_shaken(own, supports, constants[0], (loads[1], loads[2][cycle]), shaken, room, velocity, here, there)
+            set_turns(there, own, then[0], then[1])
+            set_turns(there, held, then[0], then[1])
         if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(there, constants[1], farthest):
             return cycle + 1
     return cycles
@@ -87,7 +90,7 @@ def _set_loads(
     for i in blocks:
         for axis in range(3):
             forces[i, axis] = acting[i, axis]
-        if left > 0.0:  # once it all acts, nothing more is read
+        if left != 0.0:  # once it all acts, nothing more is read
             for axis in range(3):
                 forces[i, axis] -= left * ramped_load[i, axis]
 

@@ -16,6 +16,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.forces import AT_ONCE
 from bsm_mesh.solve.motion.contact_columns import ChunkArray, chosen, column_of, put
+from bsm_mesh.solve.motion.contact_kernels import add_contact_forces
 from bsm_mesh.solve.motion.kernels import CHECK_EVERY, advance
 
 CHUNKS = "contacts", "strengths", "closures", "slips", "growths"
@@ -23,7 +24,10 @@ CHUNKS = "contacts", "strengths", "closures", "slips", "growths"
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Share:
-    """Contacts as `add_contact_forces` takes them; all but their blocks change in place."""
+    """Contacts as `add_contact_forces` takes them; all but their blocks change in place.
+
+    `works` (c,) WORK are there where their work is asked for.
+    """
 
     block_a: IntArray
     block_b: IntArray
@@ -32,16 +36,21 @@ class Share:
     closures: ChunkArray
     slips: ChunkArray
     growths: ChunkArray
+    works: ChunkArray | None = None
 
     def of(self, rows: IntArray) -> Share:
         """Return some of the contacts."""
-        chunks = {name: chosen(getattr(self, name), rows) for name in CHUNKS}
+        chunks = {name: chosen(getattr(self, name), rows) for name in self._chunks}
         return Share(block_a=self.block_a[rows], block_b=self.block_b[rows], **chunks)
 
     def take(self, rows: IntArray, part: Share) -> None:
         """Take over what has become of some of the contacts."""
-        for name in CHUNKS:
+        for name in self._chunks:
             put(getattr(self, name), rows, getattr(part, name))
+
+    @property
+    def _chunks(self) -> tuple[str, ...]:
+        return CHUNKS if self.works is None else (*CHUNKS, "works")
 
     def happened(self, name: str) -> BoolArray:
         """Return to which contacts something has happened in the window, (m,): `contacted`, `failed` or `broken`."""
@@ -74,6 +83,7 @@ def advance_window(
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
     velocity: FloatArray,
+    shaken: tuple[FloatArray, FloatArray] | None = None,
 ) -> tuple[int, FloatArray, FloatArray]:
     """Return how many cycles went by, by what they moved blocks, and their velocities, (n, 3) each.
 
@@ -82,10 +92,11 @@ def advance_window(
     velocity = velocity.copy()
     moved, turns = np.zeros((2, *velocity.shape)), np.zeros((2, 2, len(velocity)), np.float32)
     count = min(len(strips), len(share.block_a) // AT_ONCE)
-    common = bolts, loads, constants, velocity, moved, turns
+    common = bolts, loads, constants, velocity, moved, turns, shaken
     if count <= 1:
         part = _Strip(share, np.arange(len(velocity)), supports, common)
         went = part.advance(cycles, 0, farthest)
+        part.end(went)
     else:
         went = _by_threads(share, np.array_split(np.concatenate(strips), count), cycles, farthest, supports, common)
     return went, moved[went % 2], velocity
@@ -99,16 +110,27 @@ class _Strip:
         self.share = share
         self._own = np.sort(own[~np.isin(own, supported)]).astype(np.uint32)  # unsigned: none counts from the end
         self._supports = np.flatnonzero(np.isin(supported, own)), supported, projector, prescribed
-        self._common, self._forces = common, np.empty_like(common[3])
+        self._common = common
+        # Room for the forces of blocks, and for those of bolts alone.
+        self._forces = np.empty((2 if common[6] is not None else 1, *common[3].shape))
 
     def advance(self, cycles: int, begun: int, farthest: float) -> int:
-        bolts, (acting, ramped_load, unramped_fraction), constants, velocity, moved, turns = self._common
+        bolts, (acting, ramped_load, unramped_fraction), constants, velocity, moved, turns, shaken = self._common
         loads = acting, ramped_load, unramped_fraction[begun : begun + cycles]
         went: int = advance(
             cycles, begun, farthest, self._own, self._supports, self.share.columns, bolts, loads, constants,
-            velocity, moved, turns, self._forces,
+            velocity, moved, turns, self._forces, shaken,
         )  # fmt: skip
         return went
+
+    def end(self, went: int) -> None:
+        """Take contacts to where the last cycle has moved blocks, if their work is asked for: that of it is part."""
+        if self.share.works is None:
+            return
+        _, _, _, _, moved, turns, _ = self._common
+        # At the next reference no dashpot acts.
+        self.share.contacts["dashpot"] = 0.0
+        add_contact_forces(moved[went % 2], *turns[went % 2], *self.share.columns, self._forces[0])
 
 
 def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: float, supports: Any, common: Any) -> int:
@@ -130,5 +152,6 @@ def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: flo
             if went % CHECK_EVERY == 0 and not (np.abs(moved[went % 2]) <= farthest * scale).all():
                 break
     for rows, part in parts:
+        part.end(went)
         share.take(rows, part.share)
     return went

@@ -19,6 +19,7 @@ from bsm_mesh.solve.motion.contact_columns import (
     GROWTH,
     SLIP,
     STRENGTH,
+    WORK,
     ChunkArray,
     SingleArray,
     chunked,
@@ -77,9 +78,15 @@ def columns_of(contacts: ContactSet, at: Evaluation, lines: Mapping[str, FloatAr
 
 
 def share_of(
-    contacts: ContactSet, at: Evaluation, catalogue: JointCatalogue, rows: IntArray, columns: Columns
+    contacts: ContactSet,
+    at: Evaluation,
+    catalogue: JointCatalogue,
+    rows: IntArray,
+    columns: Columns,
+    *,
+    works: bool = False,
 ) -> Share:
-    """Return some of the contacts, `rows` (k,) with their columns, as kernels take them."""
+    """Return some of the contacts, `rows` (k,) with their columns, as kernels take them; `works`: with their work."""
     candidates, count = contacts.candidates, len(rows)
     return Share(
         block_a=candidates.block_a[rows].astype(np.uint32),  # unsigned: none counts from the end
@@ -87,8 +94,9 @@ def share_of(
         contacts=_chunks(CONTACT, columns, count),
         strengths=_chunks(STRENGTH, columns, count if _is_more_than_a_line(columns) else 0),
         closures=_chunks(CLOSURE, columns, count if columns["stiffening"].any() else 0),
-        slips=_slips(contacts, catalogue, rows),
+        slips=_slips(contacts, catalogue, rows, always=works),
         growths=_growths(contacts, at, rows, columns),
+        works=_chunks(WORK, {"pressure": columns["pressure"]}, count) if works else None,
     )
 
 
@@ -103,9 +111,9 @@ def _is_more_than_a_line(columns: Columns) -> bool:
     return bool((two | (columns["first_lasts"] > 0) | (columns["second_lasts"] > 0) | (columns["tension"] > 0)).any())
 
 
-def _slips(contacts: ContactSet, catalogue: JointCatalogue, rows: IntArray) -> ChunkArray:
-    """Return what slip does to some of the contacts; none where it does nothing."""
-    if not (catalogue.wears or catalogue.dilates or catalogue.stiffens):
+def _slips(contacts: ContactSet, catalogue: JointCatalogue, rows: IntArray, *, always: bool) -> ChunkArray:
+    """Return what slip does to some of the contacts; none where it does nothing, unless it is `always` asked for."""
+    if not (always or catalogue.wears or catalogue.dilates or catalogue.stiffens):
         return np.zeros(0, SLIP)
     opening, dilating = np.zeros((2, contacts.count)), contacts.dilating
     opening[:, dilating.rows] = dilating.slope, dilating.room(contacts.slip_path)

@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.in_stage import model_in_stage, model_up_to, stage_number
+from bsm_mesh.model.in_stage import model_in_stage, model_up_to, resting_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, presence
@@ -60,7 +60,7 @@ def in_stage(model: Model, stage: str | None) -> tuple[str, SubModel]:
     ModelError
         If there is no such stage, or statics cannot tell what acts there.
     """
-    number = stage_number(model, stage)
+    number = resting_stage(model, stage, "limit analysis")
     model = model_up_to(model, number)
     return ([INITIAL, *(each.name for each in model.stages)][number], as_built(model))
 

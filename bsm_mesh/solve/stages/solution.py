@@ -25,6 +25,7 @@ from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Prover, Recording, Scheme
+from bsm_mesh.solve.stages.shaken import notes_on_shaking
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +187,8 @@ class StageSolution:
             self._keep()
         state.forget_released()
         stage = replace(stage, small_blocks=self._small_blocks())
-        found = (*_notes_on_movement(run.model.blocks, stage), *notes_on_crushing(run.model, stage))
+        movement, crushing = _notes_on_movement(run.model.blocks, stage), notes_on_crushing(run.model, stage)
+        found = (*notes_on_shaking(run.model, stage), *movement, *crushing)
         stage = replace(stage, notes=(*stage.notes, *found))
         if stage.status is Status.UNSTABLE:
             stage = replace(stage, proof=self._proof(stage.unstable_blocks))
@@ -274,6 +276,8 @@ class StageSolution:
         """Return what limit analysis says of the blocks that are there, of which some (k,) come down."""
         run, state = self._run, self._state
         bolts = run.model.bolts
+        if self._number and run.model.stages[self._number - 1].shaking is not None:
+            return Proof(text="no proof was sought: limit analysis is of blocks at rest, and these were shaken")
         if bolts and self._number:
             return Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
         moved = float(np.hypot(*self._began_at[state.present, :2].T).max(initial=0.0))
@@ -361,4 +365,5 @@ def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
         supports=replace(supports, block=part.block[supports.block]),
         unstable_blocks=part.block[stage.unstable_blocks],
         evidence=None if stage.evidence is None else stage.evidence.in_whole(part),
+        shaking=None if stage.shaking is None else stage.shaking.in_whole(part),
     )

@@ -175,10 +175,11 @@ class BlockSystem:
         left = self.constraints_at(position).prescribed / self.scale
         return float(np.abs(left).max()) <= RULES.rounding * self.outlines.size
 
-    def gather(self, history: History, position: FloatArray, *, first: bool) -> ContactSet:
-        """Return the contacts near a position with their history; `first`: closed ones are intact."""
+    def gather(self, history: History, position: FloatArray, *, first: bool, keeps_lengths: bool = False) -> ContactSet:
+        """Return the contacts near a position with their history; the others as in `gather_contacts`."""
         self._answered.clear()  # of other contacts: their memory is needed
-        return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
+        given = self.model, self.outlines, self.catalogue, history, position, BAND * self.d
+        return gather_contacts(*given, first=first, keeps_lengths=keeps_lengths)
 
     def evaluate(self, contacts: ContactSet, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position; the last two are kept, for one method passes its end to the next."""

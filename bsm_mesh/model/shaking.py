@@ -1,0 +1,161 @@
+"""Shaking of the ground as it is given: a record or a waveform, and what the supports move by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, get_args
+
+import numpy as np
+
+from bsm_mesh.errors import as_given, raise_faults
+from bsm_mesh.model.quantities import (
+    COUNT_OF_WAVES,
+    DIRECTION,
+    DURATION,
+    FREQUENCY,
+    IMBALANCE,
+    MASS_SCALING,
+    MOTION,
+    MOTION_FACTOR,
+    PART,
+)
+from bsm_mesh.model.values import Rules, is_number, parts_of
+
+Waveform = Literal["sine", "ricker", "pulse"]
+MotionQuantity = Literal["acceleration", "velocity"]
+Series = tuple[tuple[float, ...], tuple[float, ...]]
+RICKER_PERIODS = 3.0  # length of a Ricker wavelet, over its period: at both ends it is 1e-9 of its peak
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shaking:
+    """Shaking of all supports together, by a record or by a waveform.
+
+    Give either `record` or `waveform`. The supports move as one rigid base in `direction`; displacements are relative
+    to this base.
+
+    Attributes
+    ----------
+    record : (times, values) or None [s], [m/s2 or m/s]
+        Times, rising from 0 or later, and what the base does at them; straight lines in between.
+    waveform : {"sine", "ricker", "pulse"} or None
+        ``"sine"``: amplitude times the sine, from 0. ``"ricker"``: a Ricker wavelet of 3 periods, its peak in the
+        middle. ``"pulse"``: the amplitude, constant.
+    frequency : float [Hz]
+        Of the waveform; of a Ricker wavelet the one of its greatest amplitude.
+    amplitude : float [m/s2 or m/s]
+        Of the waveform.
+    cycles : float
+        Length of a sine or a pulse, in periods.
+    quantity : {"acceleration", "velocity"}
+        What record or waveform are of.
+    direction : float [degrees]
+        Of the movement, from x, counter-clockwise: 0 horizontal, 90 vertical.
+    scale : float
+        Factor on the record or the waveform.
+    duration : float or None [s]
+        How long the stage is shaken and followed in time; None: as long as the record or the waveform. Beyond these the
+        base keeps its velocity.
+    every : float or None [s]
+        Time between two values of histories and energies; None: a five-hundredth of the duration.
+    time_step : float
+        Part of the stable time step that is taken. The error of the energy balance goes with its square.
+    mass_scaling : float
+        Blocks may be heavier than real by this factor at most, for a longer time step; 1: never.
+    max_imbalance : float
+        Energy that is missing from, or left over in, the balance, over the greatest energy in it: with more the stage
+        is not converged.
+
+    Raises
+    ------
+    ModelError
+        With every fault found.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> shaking = bsm.Shaking(waveform="sine", frequency=2.0, amplitude=3.0, cycles=20)
+    >>> shaking.length
+    10.0
+    """
+
+    record: Series | None = None
+    waveform: Waveform | None = None
+    frequency: Annotated[float, FREQUENCY] | None = None
+    amplitude: Annotated[float, MOTION] | None = None
+    cycles: Annotated[float, COUNT_OF_WAVES] | None = None
+    quantity: MotionQuantity = "acceleration"
+    direction: Annotated[float, DIRECTION] = 0.0
+    scale: Annotated[float, MOTION_FACTOR] = 1.0
+    duration: Annotated[float, DURATION] | None = None
+    every: Annotated[float, DURATION] | None = None
+    time_step: Annotated[float, PART] = 0.5
+    mass_scaling: Annotated[float, MASS_SCALING] = 1.0
+    max_imbalance: Annotated[float, IMBALANCE] = 0.01
+
+    def __post_init__(self) -> None:
+        rules = Rules("shaking")
+        rules.numbers(self)
+        rules.choice("quantity", self.quantity, get_args(MotionQuantity))
+        if (self.record is None) == (self.waveform is None):
+            rules.faults.append("shaking: needs a record or a waveform, and not both")
+        elif self.record is not None:
+            object.__setattr__(self, "record", _series(self.record, rules))
+        else:
+            rules.choice("waveform", self.waveform, get_args(Waveform))
+            rules.faults += self._waveform_faults()
+        raise_faults(rules.faults)
+        if self.every is not None and self.every > self.length:
+            raise_faults([f"shaking: every = {self.every:g} s is longer than the {self.length:g} s that are followed"])
+
+    def _waveform_faults(self) -> list[str]:
+        """Return what is missing for the waveform, or too much."""
+        needed = {"frequency": self.frequency, "amplitude": self.amplitude}
+        faults = [f"shaking: waveform needs {name}" for name, value in needed.items() if value is None]
+        if self.waveform == "ricker" and self.cycles is not None:
+            faults.append("shaking: a Ricker wavelet has no cycles; remove them")
+        return faults
+
+    @property
+    def own_length(self) -> float:
+        """Length of the record or the waveform [s]."""
+        if self.record is not None:
+            return self.record[0][-1]
+        assert self.frequency is not None
+        cycles = RICKER_PERIODS if self.waveform == "ricker" else (1.0 if self.cycles is None else self.cycles)
+        return cycles / self.frequency
+
+    @property
+    def length(self) -> float:
+        """How long the stage is shaken and followed in time [s]."""
+        return self.own_length if self.duration is None else self.duration
+
+    @property
+    def interval(self) -> float:
+        """Time between two values of histories and energies [s]: a whole part of the length."""
+        wanted = self.length / 500 if self.every is None else self.every
+        return self.length / max(1, round(self.length / wanted))
+
+
+def _series(value: Any, rules: Rules) -> Series | None:
+    """Return times and values as tuples; faults are added where they are none."""
+    before, parts = len(rules.faults), [parts_of(part) or [] for part in parts_of(value) or ()]
+    if len(parts) != 2:
+        rules.faults.append(f"shaking: record = {as_given(value)} must be a pair (times, values)")
+        return None
+    for name, numbers in zip(("times", "values"), parts, strict=True):
+        bad = next((k for k, number in enumerate(numbers) if not is_number(number)), None)
+        if bad is not None:
+            rules.faults.append(f"shaking: record: {name}[{bad}] = {as_given(numbers[bad])} is not a finite number")
+    if len(rules.faults) > before:
+        return None
+    times, values = tuple(map(float, parts[0])), tuple(map(float, parts[1]))
+    if len(times) != len(values) or len(times) < 2:
+        rules.faults.append(
+            f"shaking: record has {len(times)} times and {len(values)} values; give two or more of both"
+        )
+    elif times[0] < 0 or min(np.diff(times)) <= 0:
+        rules.faults.append("shaking: record: times must rise, from 0 or later")
+    for number in (min(values, default=0.0), max(values, default=0.0)):
+        rules.number("record", number, MOTION)
+    return times, values

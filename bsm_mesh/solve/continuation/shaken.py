@@ -1,0 +1,152 @@
+"""The continuation of a stage that is shaken: explicit motion in time first, then the loop to rest or collapse."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from math import floor
+
+import numpy as np
+
+from bsm_mesh.arrays import ROUNDING, FloatArray
+from bsm_mesh.contact.forces import ContactSet
+from bsm_mesh.contact.history import commit
+from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.results.records import Status, StepRecord
+from bsm_mesh.results.shaking import imbalance_of
+from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.continuation.pace import Pace
+from bsm_mesh.solve.continuation.plan import USUAL, Route
+from bsm_mesh.solve.continuation.state import LoopState
+from bsm_mesh.solve.motion.energy import kinetic_energy, spring_energy
+from bsm_mesh.solve.motion.following import SETTINGS as FOLLOWING
+from bsm_mesh.solve.motion.motion import Motion, Start
+from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
+from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.step.equations import StepEquations
+
+NAME = "shaking"
+
+
+class ShakenContinuation(Continuation):
+    """The continuation of one model in a stage that is shaken.
+
+    A step of the shaking ends where contacts are to be searched for, and every second, so that an interrupted run goes
+    on from there.
+
+    Parameters
+    ----------
+    model, options, observer, start, resumed, accepted, route
+        As of `Continuation`.
+    shaking : Shaking
+        What is given.
+    shaken : ShakingMemory, optional
+        How far it was shaken before some of its blocks were taken away.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        options: Options,
+        observer: Callable[[StepRecord, Callable[[], Motion]], None],
+        start: Start,
+        resumed: LoopState | None = None,
+        accepted: Callable[[], None] = lambda: None,
+        route: Route = USUAL,
+        *,
+        shaking: Shaking,
+        shaken: ShakingMemory | None = None,
+    ) -> None:
+        self._shaking, self.shaken, self._is_begun = shaking, shaken, resumed is not None
+        self._base = BaseMotion(shaking)
+        super().__init__(model, options, observer, start, resumed, accepted, route)
+
+    def run(self) -> Motion:
+        """Return the final state: equilibrium, collapse, or not converged."""
+        if not self._is_begun:
+            self._begin()
+        while self.shaken is not None and self.shaken.time < self._shaking.length:
+            end = self._shaken_step(self.shaken)
+            if end is not None:
+                return end
+            self._between_steps()
+        return super().run()
+
+    def _begin(self) -> None:
+        """Set the unit of residuals, and the state at the start."""
+        contacts = self.system.gather(self.state.history, self.state.position, first=False, keeps_lengths=True)
+        super()._set_residual_scale(contacts, self.state.position)
+        springs, model = spring_energy(contacts, self.system.evaluate(contacts, self.state.position)), self.system.model
+        if self.shaken is None:
+            self.shaken = ShakingMemory.begin(model.blocks.count, len(model.joints), springs)
+        elif self.shaken.time > 0:
+            self.shaken = self.shaken.without(springs + kinetic_energy(model, self.shaken.velocity))
+        self._is_begun = True
+
+    def _set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:
+        """Keep the unit of residuals: that of the equilibrium before the shaking."""
+
+    def _shaken_step(self, memory: ShakingMemory) -> Motion | None:
+        """Go on to the end of a step of the shaking, and return the final state if it is one."""
+        system, state = self.system, self.state
+        began = time.perf_counter(), self.factors.count
+        contacts = system.gather(state.history, state.position, first=False, keeps_lengths=True)
+        equations = StepEquations(system, self.factors, contacts, state.position, self.min_lam)
+        motion = ShakenMotion(equations, self._shaking, self._base, memory)
+        interval, last = self._shaking.interval, min(self._shaking.length, floor(memory.time + ROUNDING) + 1.0)
+        while motion.memory.time < last and motion.passed <= system.d:
+            output = interval * (floor(motion.memory.time / interval + ROUNDING) + 1)
+            output = min(output, self._shaking.length)
+            motion.go_on(min(output, last))
+            if motion.diverged:
+                reason = f"blocks are nowhere any more after {motion.memory.time:.4g} s of shaking; reduce time_step"
+                return self._end(Status.NOT_CONVERGED, reason, motion.contacts, motion.residual.position)
+            if motion.memory.time == output:
+                motion.keep_record()
+                self._note(motion, began)
+                began = time.perf_counter(), self.factors.count
+        return self._after_shaking(motion)
+
+    def _note(self, motion: ShakenMotion, began: tuple[float, int]) -> None:
+        """Record a time of the shaking."""
+        position, contacts = motion.residual.position, motion.contacts
+        self.shaken, self.system.bolts = motion.memory, motion.system.bolts
+        residual = self.system.static_residual(contacts, position)
+        at = motion.residual.at
+        self._record(len(self.steps), residual, position, contacts, at, began, (NAME,), motion.memory.time)
+
+    def _after_shaking(self, motion: ShakenMotion) -> Motion | None:
+        """Take over where a step of the shaking ended; return the final state where blocks have come down."""
+        system, position, contacts = self.system, motion.residual.position, motion.contacts
+        self.shaken, system.bolts = motion.memory, motion.system.bolts
+        history, _ = commit(contacts, motion.residual.at, position, system.outlines.size)
+        is_over = self.shaken.time >= self._shaking.length
+        velocity = motion.settled_velocity / np.sqrt(GRAVITY)
+        # What is without contact may land again: only a block that has flown its own size has come down.
+        collapse = self.collapse.check(contacts, motion.contacted, position, np.zeros_like(velocity), flight=1.0)
+        if (is_over or collapse is not None) and (fault := self._imbalance()):
+            return self._end(Status.NOT_CONVERGED, fault, contacts, position)
+        if collapse is not None:
+            self.shaken = replace(self.shaken, stored=motion.stored)
+            collapse = replace(collapse, reason=f"after {self.shaken.time:.4g} s of shaking {collapse.reason}")
+            return self._collapsed(collapse, contacts, position, velocity)
+        if is_over:  # what slides on is hardly damped
+            self._acceptance.pace = Pace(moving_steps=FOLLOWING.beginning_steps)
+        self.state = self._state_after(0, position, history, velocity=velocity if is_over else None)
+        return None
+
+    def _imbalance(self) -> str:
+        """Return why the energies are no answer; nothing where they balance."""
+        assert self.shaken is not None
+        missed, most = imbalance_of(self.shaken.records[:, 2:]), self._shaking.max_imbalance
+        if missed <= most:
+            return ""
+        return (
+            f"the energy balance of the shaking is missed by {100 * missed:.2g} % of the greatest energy (asked: "
+            f"{100 * most:g} %): give shaking a smaller time_step (now {self._shaking.time_step:g}) or mass_scaling "
+            f"(now {self._shaking.mass_scaling:g})"
+        )

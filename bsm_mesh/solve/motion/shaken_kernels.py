@@ -1,0 +1,114 @@
+"""Compiled movement of blocks that are shaken: central differences with real masses, and the work of each part."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
+
+BASE, BOLTS, DRAG, SPEED, ACCELERATION = range(5)
+"""Columns of the work of blocks: of the base, the bolts and the drag [N]; greatest speed and acceleration."""
+
+
+@njit(nogil=True)
+def move_shaken(
+    own: IntArray,
+    supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
+    inverse_mass: FloatArray,
+    base: tuple[FloatArray, float],
+    shaken: tuple[FloatArray, FloatArray],
+    room: FloatArray,
+    velocity: FloatArray,
+    here: FloatArray,
+    there: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Move blocks under forces for a cycle, from `here` to `there`.
+
+    Parameters
+    ----------
+    own : (k,) int64
+        Blocks without a support that are moved here.
+    supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
+        As `kernels.advance` takes them.
+    inverse_mass : (n, 3) float64
+        Over the square of a cycle.
+    base : mass (n, 3), acceleration
+        Masses along the movement of the base, and its acceleration in this cycle [m]: the forces contain it.
+    shaken : drag (n, 3), work (n, 5)
+        Part of its velocity that a block loses in a cycle; what is added up, see `BASE` and the others.
+    room : (2, n, 3) float64
+        Forces of all, and of the bolts alone, which all are to be added.
+    velocity : (n, 3) float64 [m, m, rad]
+        Movement in a cycle; it changes in place.
+    """
+    rows, supported, projector, _ = supports
+    before, after = np.empty(3), np.empty(3)
+    for i in own:
+        _accelerate(i, inverse_mass, shaken[0], room, velocity, before, after)
+        _keep(i, before, after, inverse_mass, base, shaken, room, velocity, here, there)
+    pushed = np.empty(3)
+    for j in rows:
+        i = supported[j]
+        for axis in range(3):
+            pushed[axis] = 0.0
+            for k in range(3):
+                pushed[axis] += projector[j, k, axis] * (room[0, i, k] + room[1, i, k])
+        for axis in range(3):
+            half = shaken[0][i, axis] / 2
+            before[axis] = velocity[i, axis]
+            after[axis] = (before[axis] * (1.0 - half) + pushed[axis] * inverse_mass[i, axis]) / (1.0 + half)
+        for axis in range(3):
+            pushed[axis] = 0.0
+            for k in range(3):
+                pushed[axis] += projector[j, axis, k] * after[k]
+        _keep(i, before, pushed, inverse_mass, base, shaken, room, velocity, here, there)
+
+
+@njit(nogil=True, forceinline=True)
+def _accelerate(
+    i: int,
+    inverse_mass: FloatArray,
+    drag: FloatArray,
+    room: FloatArray,
+    velocity: FloatArray,
+    before: FloatArray,
+    after: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Set the velocity of a block before and after a cycle."""
+    for axis in range(3):
+        half, force = drag[i, axis] / 2, room[0, i, axis] + room[1, i, axis]
+        before[axis] = velocity[i, axis]
+        after[axis] = (before[axis] * (1.0 - half) + force * inverse_mass[i, axis]) / (1.0 + half)
+
+
+@njit(nogil=True, forceinline=True)
+def _keep(
+    i: int,
+    before: FloatArray,
+    after: FloatArray,
+    inverse_mass: FloatArray,
+    base: tuple[FloatArray, float],
+    shaken: tuple[FloatArray, FloatArray],
+    room: FloatArray,
+    velocity: FloatArray,
+    here: FloatArray,
+    there: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Move a block with a velocity, and add up work and peaks."""
+    mass, acceleration = base
+    drag, work = shaken
+    speed, change = 0.0, 0.0
+    for axis in range(3):
+        mean = (before[axis] + after[axis]) / 2
+        work[i, BASE] -= acceleration * mass[i, axis] * mean
+        work[i, BOLTS] += room[1, i, axis] * mean
+        if drag[i, axis] > 0.0:
+            work[i, DRAG] += drag[i, axis] / inverse_mass[i, axis] * mean * mean
+        velocity[i, axis] = after[axis]
+        there[i, axis] = here[i, axis] + after[axis]
+        if axis < 2:
+            speed += after[axis] * after[axis]
+            change += (after[axis] - before[axis] + acceleration * mass[i, axis] * inverse_mass[i, axis]) ** 2
+    work[i, SPEED] = max(work[i, SPEED], speed)
+    work[i, ACCELERATION] = max(work[i, ACCELERATION], change)

@@ -1,0 +1,120 @@
+"""What a shaken stage carries on from window to window, and from part to part where blocks are taken away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.submodel import SubModel
+from bsm_mesh.results.shaking import ENERGIES, ShakingResult, imbalance_of
+
+SUMS = ("input", "loads", "bolts", "slip", "dashpots", "mass_damping")
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ShakingMemory:
+    """The state of a shaken stage beside positions and contacts.
+
+    Attributes
+    ----------
+    time : float [s]
+        Since the stage began.
+    velocity : (n, 3) float64 [m/s, m/s, rad/s]
+        Of the blocks, half a time step before.
+    time_step, stable : float [s]
+        The last one, 0 at the start; the largest that was stable so far.
+    sums : (6,) float64 [N]
+        Energies of `SUMS` since the start.
+    springs : float [N]
+        Energy in the springs of contacts at the start.
+    records : (k, 11) float64
+        Time, acceleration of the base and the energies of `ENERGIES` at the times of records.
+    peaks : (n, 2) float64 [m/s, m/s2]
+        Greatest speed and acceleration of every block.
+    slip_energy : (j + 1,) float64 [N]
+        What slip took in every joint, and in unjointed rock.
+    heavier : (n,) bool
+        Blocks that were heavier than real at any time.
+    heaviest : float
+        Greatest mass over the real one.
+    least_step : float [s]
+        The smallest time step.
+    cycles, windows : int
+        So far.
+    stored : float [N]
+        Kinetic energy and that of springs where blocks have come down.
+    """
+
+    time: float
+    velocity: FloatArray
+    time_step: float
+    stable: float
+    sums: FloatArray
+    springs: float
+    records: FloatArray
+    peaks: FloatArray
+    slip_energy: FloatArray
+    heavier: BoolArray
+    heaviest: float
+    least_step: float
+    cycles: int
+    windows: int
+    stored: float = 0.0
+
+    @classmethod
+    def begin(cls, blocks: int, joints: int, springs: float) -> ShakingMemory:
+        """Return the state at the start, of so many blocks at rest and so many joints."""
+        return cls(
+            time=0.0,
+            velocity=np.zeros((blocks, 3)),
+            time_step=0.0,
+            stable=np.inf,
+            sums=np.zeros(len(SUMS)),
+            springs=springs,
+            records=np.zeros((1, 2 + len(ENERGIES))),
+            peaks=np.zeros((blocks, 2)),
+            slip_energy=np.zeros(joints + 1),
+            heavier=np.zeros(blocks, dtype=bool),
+            heaviest=1.0,
+            least_step=np.inf,
+            cycles=0,
+            windows=0,
+        )
+
+    def without(self, stored: float) -> ShakingMemory:
+        """Return the same without what blocks that were taken away took along: `stored` [N] is left of their energy."""
+        sums = self.sums.copy()
+        sums[SUMS.index("loads")] += stored - self.stored
+        return replace(self, sums=sums, stored=stored)
+
+    def in_part(self, part: SubModel) -> ShakingMemory:
+        """Return the same of some of the blocks."""
+        return replace(self, **{name: getattr(self, name)[part.block] for name in ("velocity", "peaks", "heavier")})
+
+    def in_whole(self, part: SubModel) -> ShakingMemory:
+        """Return the same in the numbers of the whole."""
+        heavier = np.zeros(len(part.present), dtype=bool)
+        heavier[part.block] = self.heavier
+        return replace(self, velocity=part.in_whole(self.velocity), peaks=part.in_whole(self.peaks), heavier=heavier)
+
+
+def result_of(memory: ShakingMemory) -> ShakingResult:
+    """Return what came out of a stage that was shaken."""
+    energy = memory.records[:, 2:]
+    return ShakingResult(
+        time=memory.records[:, 0],
+        base_acceleration=memory.records[:, 1],
+        energy=energy,
+        peak_velocity=memory.peaks[:, 0],
+        peak_acceleration=memory.peaks[:, 1],
+        slip_energy=memory.slip_energy,
+        end_velocity=float(np.hypot(*memory.velocity[:, :2].T).max(initial=0.0)),
+        time_step=memory.least_step,
+        cycles=memory.cycles,
+        windows=memory.windows,
+        heavier=memory.heavier,
+        heaviest=memory.heaviest,
+        imbalance=imbalance_of(energy),
+    )

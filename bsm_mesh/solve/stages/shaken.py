@@ -1,0 +1,50 @@
+"""Notes on a stage that was shaken: what its verdict means, and how it was followed in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bsm_mesh.errors import counted
+from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
+from bsm_mesh.model.model import Model
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.shaking import ShakingResult
+
+
+def notes_on_shaking(model: Model, stage: StageResult) -> Iterator[str]:
+    """Return a sentence for everything that a reader of a shaken stage should know."""
+    found = stage.shaking
+    shaking = next((each.shaking for each in model.stages if each.name == stage.name), None)
+    if found is None or shaking is None:
+        return
+    base = BaseMotion(shaking)
+    acceleration, velocity = base.peaks
+    yield (
+        f"the base was shaken for {found.time[-1]:.4g} s, with up to {acceleration:.3g} m/s2 = "
+        f"{acceleration / GRAVITY:.3g} g and {velocity:.3g} m/s"
+    )
+    end_velocity, end_displacement = base.at_end
+    if abs(end_velocity) > 0.01 * velocity:
+        yield (
+            f"at its end the base moves on with {end_velocity:.3g} m/s, {end_displacement:.3g} m away: no baseline "
+            "correction is made; displacements here are relative to the base"
+        )
+    if stage.status.is_stable:
+        yield "the blocks survived this record; that is no factor of safety"
+    yield _movement(stage, found)
+    if found.heaviest > 1:
+        yield (
+            f"mass scaling: {counted(int(found.heavier.sum()), 'block')} were heavier than real for a time, the "
+            f"heaviest {found.heaviest:.3g} times"
+        )
+
+
+def _movement(stage: StageResult, found: ShakingResult) -> str:
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    return (
+        f"permanent displacement up to {moved.max(initial=0.0):.3g} m; greatest velocity "
+        f"{found.peak_velocity.max():.3g} m/s, at the end {found.end_velocity:.3g} m/s; {found.cycles} time steps, the "
+        f"smallest {found.time_step:.3g} s; energy balance missed by {100 * found.imbalance:.2g} %"
+    )

@@ -1,0 +1,72 @@
+"""Models that are shaken: a block on a plane, a rocking block that is released, a wall of bricks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import bsm_mesh as bsm
+from bsm_mesh.contact.forces import turned
+from bsm_mesh.contact.history import commit
+from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.continuation.shaken import ShakenContinuation
+from bsm_mesh.solve.motion.motion import Start
+from tests.scenes.models import GAMMA, model_of
+from tests.scenes.shapes import rectangle, running_bond
+
+QUIET = {"waveform": "pulse", "frequency": 1.0, "amplitude": 0.0}
+STAGE = "earthquake"
+
+
+def shaken(polygons, shaking, **given):
+    """Return a model of blocks that are shaken, the first of them fixed."""
+    return model_of(polygons, stages=[bsm.Stage(name=STAGE, shaking=shaking)], **given)
+
+
+def block_on_plane(shaking, *, friction, kn=1e9, gamma=GAMMA, **given):
+    """Return a block of 1 m by 0.5 m on a wide one."""
+    polygons = [rectangle(-5, -1, 5, 0), rectangle(-0.5, 0, 0.5, 0.5)]
+    return shaken(polygons, shaking, friction=np.degrees(np.arctan(friction)), kn=kn, gamma=gamma, **given)
+
+
+def wall(shaking, courses=5, bricks=5, **given):
+    """Return a wall of bricks in running bond on a base."""
+    return shaken([rectangle(-2, -1, bricks + 2, 0), *running_bond(courses, bricks)], shaking, **given)
+
+
+def quake(peak, length, frequency=2.0):
+    """Return a record of a sine that grows for a second and fades for another: times, accelerations [m/s2]."""
+    time = np.linspace(0.0, length, int(200 * length) + 1)
+    envelope = np.minimum(1.0, np.minimum(time, length - time))
+    return time, peak * envelope * np.sin(2 * np.pi * frequency * time)
+
+
+def rocking(half_width, half_height, tilt, shaking, kn=1e9, **given):
+    """Return times and turns of a block that is let go at a tilt [rad], and the loop at its end."""
+    b, h = half_width, half_height
+    polygons = [rectangle(-3, -1, 3, 0), rectangle(-b, 0, b, 2 * h)]
+    model = model_of(polygons, friction=np.degrees(np.arctan(5.0)), kn=kn, **given)
+    rest = Continuation(model, bsm.Options(), lambda *_: None)
+    motion = rest.run()
+    history, _ = commit(motion.contacts, motion.at, motion.position, rest.system.outlines.size)
+    arm, corner = np.array([-b, h]), np.array([b, 0.0])
+    position = motion.position.copy()
+    position[1, :2] = corner + turned(arm[None], np.array([-tilt]))[0] - [0.0, h]
+    position[1, 1] -= model.weights[1] / (kn * b)  # on one corner
+    position[1, 2] = -tilt
+    found = []
+
+    def watch(record, motion):
+        if record.time is not None:
+            found.append((record.time, motion().position[1, 2]))
+
+    start = Start(position=position, history=history, intact=False, bolts=InstalledBolts.of(model, position))
+    loop = ShakenContinuation(model, bsm.Options(), watch, start, shaking=shaking)
+    loop.run()
+    return *np.array(found).T, loop
+
+
+def quarter(time, turn):
+    """Return when a turn is first zero [s]."""
+    k = int(np.flatnonzero(np.sign(turn[1:]) != np.sign(turn[:-1]))[0])
+    return time[k] - turn[k] * (time[k + 1] - time[k]) / (turn[k + 1] - turn[k])

@@ -1,0 +1,78 @@
+"""Blocks that are shaken, against closed forms.
+
+A block that slides on a plane by a rectangular pulse: Newmark (1965), Geotechnique 15, 139-160. A block that slides to
+and fro under a harmonic acceleration: each half period is that of the last, a transcendental equation. A block that
+rocks about its corners: Housner (1963), Bull. Seism. Soc. Am. 53, 403-417; its quarter period exactly.
+"""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import bsm_mesh as bsm
+from bsm_mesh.model.base_motion import GRAVITY
+from tests.scenes.shaken import QUIET, block_on_plane, quarter, rocking, wall
+
+
+def test_newmark_block_slides_as_far_as_after_a_pulse():
+    """V = (a - mu g) t0 at the end of the pulse, then mu g stops it: (a - mu g) t0^2 / 2 (1 + (a - mu g) / (mu g))."""
+    a, slows, t0 = 0.5 * GRAVITY, 0.2 * GRAVITY, 0.3
+    exact = (a - slows) * t0**2 / 2 * a / slows
+    pulse = bsm.Shaking(waveform="pulse", frequency=1, cycles=t0, amplitude=a, duration=1.0)
+    results = bsm.run(block_on_plane(pulse, friction=0.2, kn=1e10))
+    stage = results.stages[-1]
+    assert results.status == "stable"
+    assert_allclose(stage.stage_displacement[1, 0], -exact, rtol=3e-3)  # the base moves to +x, the block stays behind
+    energy = stage.shaking.energy[-1]
+    assert_allclose(energy[[0, 5]], 0.2 * 12.5e3 * exact, rtol=3e-3)  # all that is put in goes into slip
+    assert stage.shaking.imbalance < 1e-4
+
+
+@pytest.mark.heavy
+def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
+    """It sticks until a sin t exceeds mu g, then slides with v = a (cos t1 - cos t) - mu g (t - t1) to where v = 0."""
+    a, slows, times = 8.0, 0.8 * GRAVITY, np.linspace(0, 20, 20_001)
+    begins = np.arcsin(slows / a)
+
+    def speed(t):
+        return a * (np.cos(begins) - np.cos(t)) - slows * (t - begins)
+
+    ends = brentq(speed, begins + 0.05, begins + 2)
+    swing, greatest = quad(speed, begins, ends)[0], speed(np.linspace(begins, ends, 10_001)).max()
+    record = bsm.Shaking(record=(times, -a * np.sin(times)), every=0.05)
+    model = block_on_plane(
+        record, friction=0.8, kn=1e7, gamma=GRAVITY / 0.5, histories=[bsm.History(name="b", block=1)]
+    )
+    results = bsm.run(model)
+    assert_allclose(np.ptp(results.histories["b"]["u"][160:400]), swing, rtol=2e-3)
+    assert_allclose(results.stages[-1].shaking.peak_velocity[1], greatest, rtol=2e-3)
+
+
+@pytest.mark.parametrize("tilt", [0.25, 0.5, 0.75])
+def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
+    """Of a block of half width b, half height h: w'^2 / 2 = p^2 (cos(a - w0) - cos(a - w)), p^2 = 3 g / (4 R)."""
+    b, h = 0.25, 1.0
+    alpha, p2 = np.arctan2(b, h), 3 * GRAVITY / (4 * np.hypot(b, h))
+    begin = tilt * alpha
+
+    def slowness(s):  # with w = w0 - s^2 the root at the start is no more
+        return 2 * s / np.sqrt(2 * p2 * (np.cos(alpha - begin) - np.cos(alpha - begin + s**2)))
+
+    exact = quad(slowness, 0, np.sqrt(begin))[0]
+    shaking = bsm.Shaking(**QUIET, cycles=1.1 * exact, every=2e-3)
+    time, turn, loop = rocking(b, h, begin, shaking, kn=4e9)
+    assert_allclose(quarter(time, turn), exact, atol=2e-4)
+    assert loop.shaken.heaviest == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.heavy
+def test_free_vibration_neither_grows_nor_fades_in_30_000_cycles():
+    kick = bsm.Shaking(waveform="pulse", frequency=1, amplitude=0.5, cycles=5e-3, duration=6.0, every=0.1)
+    stage = bsm.run(wall(kick, courses=4, bricks=1)).stages[-1]
+    energy = stage.shaking.energy
+    assert stage.shaking.cycles > 30_000
+    total = energy[1:, 2] + energy[1:, 3] - energy[1:, 1]  # kinetic, springs, weights
+    assert energy[-1, 0] > 0
+    assert_allclose(total, energy[-1, 0], rtol=1e-3)
