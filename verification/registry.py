@@ -17,6 +17,7 @@ from verification import (
     thesis_examples,
     thesis_joints,
     thesis_water,
+    three_dimensions,
 )
 from verification.case import Case
 
@@ -47,6 +48,7 @@ TOPICS: tuple[Topic, ...] = (
     Topic("examples", "The thesis's examples", thesis_examples.CASES),
     Topic("slopes", "Blocks on planes and slopes", slopes.CASES),
     Topic("masonry", "Arches, stacks, columns", masonry.CASES),
+    Topic("space", "Key blocks and limit analysis in three dimensions", three_dimensions.CASES),
     Topic("continuum", "Elastic rock", continuum.CASES),
     Topic("laws", "Laws of joints on the bench", joint_laws.CASES),
     Topic("rockbolts", "Bolts in models", rockbolts.CASES),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.errors import counted
+from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.result_tables import write_table
 from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
@@ -17,7 +17,6 @@ from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 from bsm_mesh.three_d.key_blocks.modes import FALLS
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
-from bsm_mesh.three_d.limit.analysis import ConeAnalysis
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 
 MAX_ROWS = 30  # of the table on the terminal; the file has all
@@ -44,15 +43,15 @@ def find_key_blocks(path: Path, output: Path | None, *, as_json: bool, picture: 
     proofs = _proofs(loaded, found) if proof else {}
     files = _write(loaded, found, added, picture)
     if as_json:
-        told = {name: {"admissible": answer.admissible, "text": str(answer)} for name, answer in proofs.items()}
+        told = {name: {"admissible": admissible, "text": text} for name, (admissible, text) in proofs.items()}
         names = [str(added.folder.path / name) for name in files]
         say_json({**_told(loaded, found), "limit_analysis": told, "files": names, "notes": _notes(loaded, found)})
         return
     for note in _notes(loaded, found):
         say(f"note: {note}", err=True)
     _print(loaded, found)
-    for name, answer in proofs.items():
-        say(f"{name}: {answer}")
+    for name, (_, text) in proofs.items():
+        say(f"{name}: {text}")
     say(f"{', '.join(files)} written to {added.folder.path}")
 
 
@@ -73,8 +72,11 @@ def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
     return notes
 
 
-def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, ConeAnalysis]:
-    """Return what limit analysis says of the whole rock, and of the rest without the blocks that come down."""
+def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, tuple[bool | None, str]]:
+    """Return what limit analysis says of the whole rock, and of the rest without the blocks that come down.
+
+    Of each whether it is admissible, None where no program could be solved, and the answer in words, or why not.
+    """
     blocks, asked = loaded.blocks, loaded.file.key_blocks
     default = loaded.file.mesh.default_joint
     materials = Materials.checked(blocks, loaded.rocks, loaded.joints, default)
@@ -86,7 +88,14 @@ def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, ConeAnalysis]:
     masses = {"whole rock": present} | ({"without these blocks": left} if (left != present).any() else {})
     given: dict[str, Any] = {"free": _free(loaded), "joint_pressure": asked.joint_pressure}
     given["gravity"] = asked.gravity or (0.0, 0.0, -1.0)
-    return {name: analyse_rock(blocks, materials, there, **given) for name, there in masses.items()}
+    answers: dict[str, tuple[bool | None, str]] = {}
+    for name, there in masses.items():
+        try:
+            answer = analyse_rock(blocks, materials, there, **given)
+            answers[name] = answer.admissible, str(answer)
+        except ModelError as error:  # the key blocks are known all the same
+            answers[name] = None, f"no answer: {error}"
+    return answers
 
 
 def _write(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles, picture: bool) -> list[str]:

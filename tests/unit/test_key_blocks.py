@@ -12,8 +12,10 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog, nnls
 
 import bsm_mesh as bsm
-from bsm_mesh.geometries import three_d
+from bsm_mesh.geometries import Normal, three_d
+from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.key_blocks.modes import FALLS, ONE, STAYS, TWO, movements, removable
+from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 from tests.scenes.rock_3d import WEDGES, tunnel_rock, wedge_factor, wedge_rock
 
 ROUNDING = 1e-9  # of factors
@@ -250,3 +252,39 @@ def test_bad_input_is_named(change, message):
     given = {"rocks": ROCK, "joints": [joint("J1")], "excavated": ["cavern"], "free": ["south"]}
     with pytest.raises(bsm.ModelError, match=message):
         bsm.key_blocks(roof(), **{**given, **change})
+
+
+def random_tunnel(seed):
+    """Return rock in three random sets round a tunnel of random trend."""
+    generator = np.random.default_rng(seed)
+    sets = [
+        three_d.JointSet(name=f"J{k}", dip=dip, dip_direction=direction, spacing=Normal(2.2, 0.5))
+        for k, (dip, direction) in enumerate(
+            zip(generator.uniform(15, 90, 3), generator.uniform(0, 360, 3), strict=True)
+        )
+    ]
+    profile = [(-2.5, -2), (2.5, -2), (2.5, 1), (0, 2.5), (-2.5, 1)]
+    body = three_d.prism(profile, trend=float(generator.uniform(0, 360)))
+    opening = three_d.Opening(body=body, boundary="tunnel")
+    rock = three_d.RockMass(box=((-7, -7, -6), (7, 7, 6)), joints=sets, bodies=[opening], seed=seed)
+    return bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
+
+
+@pytest.mark.heavy
+def test_where_rock_is_proved_to_move_block_theory_names_a_block_that_moves():
+    """Limit analysis knows all blocks together; its mechanism begins at a block that block theory finds."""
+    proved = 0
+    for seed in range(30):
+        blocks = random_tunnel(seed)
+        joints = [joint(f"J{k}", 20.0) for k in range(3)]
+        found = bsm.key_blocks(blocks, rocks=ROCK, joints=joints, free=["tunnel"])
+        materials = Materials.checked(blocks, ROCK, joints, None)
+        sides = [name for name in blocks.boundaries if name != "tunnel"]
+        if len(blocks.boundary_blocks(*sides)) == blocks.count:
+            continue
+        answer = analyse_rock(blocks, materials, np.ones(blocks.count, dtype=bool), free=["tunnel"])
+        if not answer.admissible:
+            speed = np.linalg.norm(answer.witness.velocity[:, :3], axis=1)
+            assert np.isin(np.flatnonzero(speed > 0.01), found.block[found.unstable]).any()
+            proved += answer.witness.proves
+    assert proved >= 3

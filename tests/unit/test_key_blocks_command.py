@@ -137,6 +137,15 @@ def test_limit_analysis_proves_that_the_whole_moves(case: Case) -> None:
     assert "without these blocks" in told
 
 
+def test_key_blocks_are_told_where_limit_analysis_has_no_answer(case: Case) -> None:
+    """Without the pyramid all blocks reach the sides of the box, and are fixed."""
+    case.write("roof.toml", ROOF)
+    told = json.loads(case.run("key-blocks", "roof.toml", "--proof", "--no-picture", "--json").out)
+    assert len(told["falls"]) == 1
+    assert told["limit_analysis"]["without these blocks"]["admissible"] is None
+    assert "all blocks are fixed" in told["limit_analysis"]["without these blocks"]["text"]
+
+
 def test_joints_without_strength_are_noted(case: Case) -> None:
     case.write("roof.toml", ROOF.replace('law = "mohr_coulomb"\nfriction = 30\ncohesion = 0\n', ""))
     outcome = case.run("key-blocks", "roof.toml", "--no-picture")
