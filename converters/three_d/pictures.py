@@ -58,6 +58,7 @@ def draw_key_blocks(
         If the name does not end in .png.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
     target = as_path("path", path)
@@ -77,8 +78,9 @@ def draw_key_blocks(
     axes = figure.add_subplot()
     axes.set_aspect("equal")
     axes.axis("off")
-    for k in order:
-        axes.fill(*parts[k].T, facecolor=KINDS[colour[k]][1], edgecolor="#555555", lw=0.4)
+    shades = [KINDS[k][1] for k in colour[order]]
+    faces_drawn = PolyCollection([parts[k] for k in order], facecolors=shades, edgecolors="#555555", linewidths=0.4)
+    axes.add_collection(faces_drawn)
     axes.autoscale_view()
     _name_blocks(axes, found, kind, azimuth, plunge)
     for number in sorted(set(kind.tolist())):
