@@ -241,7 +241,8 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
     "--proof", is_flag=True, help="Ask limit analysis too whether the whole rock can be at rest, and the rest."
 )
 @json_option
-def key_blocks(model: Path, output: Path | None, picture: bool, proof: bool, as_json: bool) -> None:
+@no_scripts_option
+def key_blocks(model: Path, output: Path | None, picture: bool, proof: bool, as_json: bool, no_scripts: bool) -> None:
     """Find the blocks at the free faces of MODEL that can fall or slide, by block theory.
 
     MODEL is a file of three dimensions (dimensions = 3): rock in a box with joints by dip and dip direction, and
@@ -249,7 +250,7 @@ def key_blocks(model: Path, output: Path | None, picture: bool, proof: bool, as_
     """
     from bsm_mesh.commands.key_blocks import find_key_blocks
 
-    find_key_blocks(model, output, as_json=as_json, picture=picture, proof=proof)
+    find_key_blocks(model, output, as_json=as_json, picture=picture, proof=proof, scripts=not no_scripts)
 
 
 @cli.command("joint-test")

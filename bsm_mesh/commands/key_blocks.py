@@ -23,9 +23,11 @@ MAX_ROWS = 30  # of the table on the terminal; the file has all
 PICTURE = "key_blocks.png"
 
 
-def find_key_blocks(path: Path, output: Path | None, *, as_json: bool, picture: bool, proof: bool) -> None:
+def find_key_blocks(
+    path: Path, output: Path | None, *, as_json: bool, picture: bool, proof: bool, scripts: bool = True
+) -> None:
     """Find the key blocks of a model file, print what falls and slides, and write table, VTU files and picture."""
-    loaded = load_space_file(path)
+    loaded = load_space_file(path, scripts=scripts)
     added = AddedFiles(output or loaded.output_folder)
     asked = loaded.file.key_blocks
     found = key_blocks(

@@ -24,6 +24,8 @@ from bsm_mesh.modelfile.space_tables import (
     SlopeTable,
     SpaceFile,
 )
+from bsm_mesh.named_units import LENGTHS
+from bsm_mesh.table_rows import read_rows
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 if TYPE_CHECKING:
@@ -58,8 +60,15 @@ class LoadedSpace:
     output_folder: Path
 
 
-def load_space_file(path: Path) -> LoadedSpace:
+def load_space_file(path: Path, *, scripts: bool = True) -> LoadedSpace:
     """Return the blocks and materials of a model file of three dimensions.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    scripts : bool
+        Whether it may name any path. If not, nothing outside its folder is read or written.
 
     Raises
     ------
@@ -72,16 +81,17 @@ def load_space_file(path: Path) -> LoadedSpace:
     joints = _made(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
     sets = _made(faults, [partial(_joint_set, table) for table in file.joint_set])
     sets += _made(faults, [partial(_joint_plane, table) for table in file.joint_plane])
-    bodies = _made(faults, [partial(_excavation, table) for table in file.excavation])
+    reach = Reach(folder=path.parent, scripts=scripts)
+    bodies = _made(faults, [partial(_excavation, table, reach) for table in file.excavation])
     bodies += _made(faults, [] if file.slope is None else [partial(_slope, file.slope)])
-    folder = Reach(folder=path.parent, scripts=True).output(file.output.folder or f"out/{path.stem}")
+    folders = _made(faults, [partial(reach.output, file.output.folder or f"out/{path.stem}")])
     raise_faults([f"{path.name}: {fault}" for fault in [*faults, *_name_faults(file)]])
     try:
         blocks = _cut(file, sets, bodies)
     except ModelError as error:
         raise ModelError([f"{path.name}: {fault}" for fault in error.faults]) from error
     return LoadedSpace(
-        path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints), output_folder=folder
+        path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints), output_folder=folders[0]
     )
 
 
@@ -197,12 +207,14 @@ def _joint_plane(table: JointPlaneTable) -> JointPlane:
     return JointPlane(**table.model_dump())
 
 
-def _excavation(table: BodyTable) -> Excavation:
+def _excavation(table: BodyTable, reach: Reach) -> Excavation:
     from bsm_mesh.geometries.orientations import line_directions
     from bsm_mesh.geometries.three_d import Excavation, prism
 
     thing = f"[[excavation]] '{table.name}'"
-    if len(table.polygon) != 1:
+    if (table.polygon is None) == (table.profile is None):
+        raise ModelError(f"{thing}: give one of polygon and profile")
+    if table.polygon is not None and len(table.polygon) != 1:
         raise ModelError(f"{thing}: polygon must be one outline, [[x, z], ...]")
     if (table.start is None) != (table.end is None) or (
         table.start is not None and table.end is not None and table.end <= table.start
@@ -213,13 +225,26 @@ def _excavation(table: BodyTable) -> Excavation:
         along = line_directions(np.array([table.axis.trend]), np.array([table.axis.plunge]))[0]
         origin, length = origin + table.start * along, table.end - table.start
     body = prism(
-        table.polygon[0],
+        _profile(reach.path(table.profile, "profile")) if table.profile is not None else table.polygon[0],
         trend=table.axis.trend,
         plunge=table.axis.plunge,
         origin=tuple(origin.tolist()),
         length=length,
     )
     return Excavation(body=body, name=table.name)
+
+
+def _profile(path: Path) -> list[tuple[float, float]]:
+    """Return the outline in a table of the columns x and z [m], or of a unit of length in the header."""
+    rows = read_rows(path, "x and z of a corner of the profile")
+    columns, faults = rows.columns("x", "z"), list[str]()
+    scale = [rows.factor(column, LENGTHS, "m") for column in columns]
+    corners = [
+        tuple(rows.finite(row, c, faults) * f for c, f in zip(columns, scale, strict=True))
+        for row in range(len(rows.cells))
+    ]
+    raise_faults(faults)
+    return [(x, z) for x, z in corners]
 
 
 def _slope(table: SlopeTable) -> Opening:

@@ -9,7 +9,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.quantity import convert, schema_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
-from bsm_mesh.modelfile.mesh_tables import Table
+from bsm_mesh.modelfile.mesh_tables import PathText, Table
 from bsm_mesh.modelfile.model_tables import OutputTable
 from bsm_mesh.modelfile.units import Lines
 
@@ -92,7 +92,10 @@ class BodyTable(Table):
     """A tunnel, cavern or shaft: a profile along an axis."""
 
     name: str
-    polygon: Lines = Field(description="outline across the axis: to the right as one looks along it, and up")
+    polygon: Lines | None = Field(
+        default=None, description="outline across the axis: to the right as one looks along it, and up"
+    )
+    profile: PathText | None = Field(default=None, description="instead of it: a CSV file with the columns x and z")
     axis: AxisTable = Field(default_factory=AxisTable)
     origin: Vector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis")
     start: Annotated[float, q.COORDINATE] | None = Field(

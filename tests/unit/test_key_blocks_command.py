@@ -146,6 +146,19 @@ def test_key_blocks_are_told_where_limit_analysis_has_no_answer(case: Case) -> N
     assert "all blocks are fixed" in told["limit_analysis"]["without these blocks"]["text"]
 
 
+def test_a_profile_is_read_from_a_table(case: Case) -> None:
+    case.write("cavern.csv", "x [cm];z [cm]\n-500;0\n500;0\n500;200\n-500;200\n")
+    text = ROOF.replace("polygon = [[-5, 0], [5, 0], [5, 2], [-5, 2]]", 'profile = "cavern.csv"')
+    case.write("roof.toml", text)
+    told = json.loads(case.run("key-blocks", "roof.toml", "--no-picture", "--json", "--no-scripts").out)
+    assert told["volume"] == pytest.approx(4 / np.sqrt(3))
+    case.write("roof.toml", text.replace('"cavern.csv"', '"../cavern.csv"'))
+    case.refuses("key-blocks", "roof.toml", "--no-scripts", says=["leads out of the folder of the model file"])
+    case.write("cavern.csv", "x;z\n-5;0\n5;high\n5;2\n")
+    case.write("roof.toml", text)
+    case.refuses("key-blocks", "roof.toml", says=["cavern.csv, line 3: z = 'high' is no finite number"])
+
+
 def test_joints_without_strength_are_noted(case: Case) -> None:
     case.write("roof.toml", ROOF.replace('law = "mohr_coulomb"\nfriction = 30\ncohesion = 0\n', ""))
     outcome = case.run("key-blocks", "roof.toml", "--no-picture")
@@ -165,6 +178,7 @@ def test_every_number_of_the_file_has_a_range() -> None:
         ("[joint.J1]", "[joint.J2]", "[[joint_plane]] 'J1': there is no [joint.J1]; did you mean 'J2'?"),
         ("dip_direction = 0", "dip_dir = 0", "unknown key 'dip_dir'; did you mean 'dip_direction'?"),
         ("to = 5", "", "from and to go together"),
+        ("polygon = [[-5, 0], [5, 0], [5, 2], [-5, 2]]", "", "give one of polygon and profile"),
         ("from = -5\nto = 5", "from = 40\nto = 50", "excavation 'cavern': there is no rock in it"),
         ("[5, 2], [-5, 2]]", "[-5, 2], [5, 2]]", "the profile is no simple polygon"),
         (
