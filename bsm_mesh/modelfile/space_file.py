@@ -216,6 +216,7 @@ def _excavation(table: BodyTable, reach: Reach) -> Excavation:
         raise ModelError(f"{thing}: give one of polygon and profile")
     if table.polygon is not None and len(table.polygon) != 1:
         raise ModelError(f"{thing}: polygon must be one outline, [[x, z], ...]")
+    given = table.polygon or [_profile(reach.path(table.profile or "", "profile"))]
     if (table.start is None) != (table.end is None) or (
         table.start is not None and table.end is not None and table.end <= table.start
     ):
@@ -225,7 +226,7 @@ def _excavation(table: BodyTable, reach: Reach) -> Excavation:
         along = line_directions(np.array([table.axis.trend]), np.array([table.axis.plunge]))[0]
         origin, length = origin + table.start * along, table.end - table.start
     body = prism(
-        _profile(reach.path(table.profile, "profile")) if table.profile is not None else table.polygon[0],
+        given[0],
         trend=table.axis.trend,
         plunge=table.axis.plunge,
         origin=tuple(origin.tolist()),
@@ -240,11 +241,11 @@ def _profile(path: Path) -> list[tuple[float, float]]:
     columns, faults = rows.columns("x", "z"), list[str]()
     scale = [rows.factor(column, LENGTHS, "m") for column in columns]
     corners = [
-        tuple(rows.finite(row, c, faults) * f for c, f in zip(columns, scale, strict=True))
+        (rows.finite(row, columns[0], faults) * scale[0], rows.finite(row, columns[1], faults) * scale[1])
         for row in range(len(rows.cells))
     ]
     raise_faults(faults)
-    return [(x, z) for x, z in corners]
+    return corners
 
 
 def _slope(table: SlopeTable) -> Opening:
