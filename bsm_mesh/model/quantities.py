@@ -143,6 +143,7 @@ COUNT_OF_WAVES = Quantity(above=0, most=1e6, example="10")
 MOTION_FACTOR = Quantity(least=-1e6, most=1e6, usual=(-10, 10), example="0.5")
 DURATION = Quantity(unit="s", least=1e-6, most=1e5, usual=(1e-4, 600), example='"20 s"')
 MASS_SCALING = Quantity(least=1, most=1e6, usual=(1, 10), example="2", why="1 leaves every block its real mass")
+DAMPING = Quantity(least=0, most=1, usual=(0, 1), example="0.2", why="1 is critical damping")
 IMBALANCE = Quantity(above=0, most=1, usual=(0, 0.05), example="0.01")
 
 # Meshes.

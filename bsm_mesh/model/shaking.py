@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args
 
@@ -10,6 +11,7 @@ import numpy as np
 from bsm_mesh.errors import as_given, raise_faults
 from bsm_mesh.model.quantities import (
     COUNT_OF_WAVES,
+    DAMPING,
     DIRECTION,
     DURATION,
     FREQUENCY,
@@ -58,6 +60,10 @@ class Shaking:
         base keeps its velocity.
     every : float or None [s]
         Time between two values of histories and energies; None: a five-hundredth of the duration.
+    contact_damping : float
+        Dashpots of closed contacts along their normals, over the critical ones: what an impact loses; 0: none.
+    mass_damping : (ratio, frequency) or None [-, Hz]
+        Part of critical damping, at a frequency, of a drag on all blocks by their masses; None: none.
     time_step : float
         Part of the stable time step that is taken. The error of the energy balance goes with its square.
     mass_scaling : float
@@ -89,6 +95,8 @@ class Shaking:
     scale: Annotated[float, MOTION_FACTOR] = 1.0
     duration: Annotated[float, DURATION] | None = None
     every: Annotated[float, DURATION] | None = None
+    contact_damping: Annotated[float, DAMPING] = 0.0
+    mass_damping: tuple[float, float] | None = None
     time_step: Annotated[float, PART] = 0.5
     mass_scaling: Annotated[float, MASS_SCALING] = 1.0
     max_imbalance: Annotated[float, IMBALANCE] = 0.01
@@ -104,6 +112,8 @@ class Shaking:
         else:
             rules.choice("waveform", self.waveform, get_args(Waveform))
             rules.faults += self._waveform_faults()
+        if self.mass_damping is not None:
+            object.__setattr__(self, "mass_damping", _damping(self.mass_damping, rules))
         raise_faults(rules.faults)
         if self.every is not None and self.every > self.length:
             raise_faults([f"shaking: every = {self.every:g} s is longer than the {self.length:g} s that are followed"])
@@ -115,6 +125,12 @@ class Shaking:
         if self.waveform == "ricker" and self.cycles is not None:
             faults.append("shaking: a Ricker wavelet has no cycles; remove them")
         return faults
+
+    @property
+    def drag(self) -> float:
+        """Drag on blocks over their masses [1/s]: 2 ratio (2 pi frequency)."""
+        ratio, frequency = self.mass_damping or (0.0, 0.0)
+        return 4 * math.pi * ratio * frequency
 
     @property
     def own_length(self) -> float:
@@ -135,6 +151,17 @@ class Shaking:
         """Time between two values of histories and energies [s]: a whole part of the length."""
         wanted = self.length / 500 if self.every is None else self.every
         return self.length / max(1, round(self.length / wanted))
+
+
+def _damping(value: Any, rules: Rules) -> tuple[float, float]:
+    """Return ratio and frequency of mass damping; zeros where the rule is broken."""
+    parts, before = parts_of(value) or [], len(rules.faults)
+    if len(parts) != 2:
+        rules.faults.append(f"shaking: mass_damping = {as_given(value)} must be a pair (ratio, frequency)")
+        return 0.0, 0.0
+    rules.number("mass_damping: ratio", parts[0], DAMPING)
+    rules.number("mass_damping: frequency", parts[1], FREQUENCY)
+    return (float(parts[0]), float(parts[1])) if len(rules.faults) == before else (0.0, 0.0)
 
 
 def _series(value: Any, rules: Rules) -> Series | None:

@@ -106,6 +106,16 @@ def test_the_others_are_shaken_on_without_what_came_down():
     assert_allclose(np.diff(stage.shaking.time), 0.1)
 
 
+def test_energies_balance_with_dashpots_whatever_the_windows():
+    damped = replace(HARD, contact_damping=0.3, mass_damping=(0.05, 2.0))
+    found = [bsm.run(wall(replace(damped, every=every))).stages[-1].shaking for every in (0.5, 0.005)]
+    for one in found:
+        assert one.imbalance < 5e-3
+        assert (one.energy[-1, 6:8] > 0).all()
+        assert one.heaviest == pytest.approx(1.0, abs=1e-12)
+    assert_allclose(found[0].energy[-1, 6], found[1].energy[-1, 6], rtol=0.1)
+
+
 def test_a_verdict_says_what_it_means():
     stage = bsm.run(block_on_plane(HARD, friction=0.2)).stages[-1]
     assert any("survived this record; that is no factor of safety" in note for note in stage.notes)

@@ -27,6 +27,9 @@ SINE = {"waveform": "sine", "frequency": 2.0, "amplitude": 3.0}
         ({"record": ([0, 1, 1], [0, 1, 2])}, "times must rise"),
         ({"record": ([0, 1], [0, 1, 2])}, "2 times and 3 values"),
         ({**SINE, "mass_scaling": 0.5}, "mass_scaling = 0.5"),
+        ({**SINE, "contact_damping": 1.5}, "contact_damping = 1.5 must be"),
+        ({**SINE, "mass_damping": 0.02}, r"must be a pair \(ratio, frequency\)"),
+        ({**SINE, "mass_damping": (0.02, -1)}, "mass_damping: frequency = -1 Hz"),
         ({**SINE, "quantity": "force"}, "quantity = 'force' is unknown"),
     ],
 )

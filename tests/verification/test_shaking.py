@@ -5,6 +5,9 @@ and fro under a harmonic acceleration: each half period is that of the last, a t
 rocks about its corners: Housner (1963), Bull. Seism. Soc. Am. 53, 403-417; its quarter period exactly.
 """
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -65,6 +68,35 @@ def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
     time, turn, loop = rocking(b, h, begin, shaking, kn=4e9)
     assert_allclose(quarter(time, turn), exact, atol=2e-4)
     assert loop.shaken.heaviest == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("tilt", [0.25, 0.5])
+def test_with_critical_contact_damping_a_rocking_block_loses_what_housners_does(tilt):
+    """The rate of turn after an impact is r = 1 - 3/2 sin^2 a of that before, so 1 - (1 - p)^2 falls to r^2 of it."""
+    b, h, every = 0.25, 1.0, 5e-3
+    alpha = np.arctan2(b, h)
+    kept = (1 - 1.5 * np.sin(alpha) ** 2) ** (2 * np.arange(1, 4))
+    peaks = 1 - np.sqrt(1 - kept * (1 - (1 - tilt) ** 2))
+    shaking = bsm.Shaking(**QUIET, cycles=2.6, every=every, contact_damping=1.0)
+    time, turn, _ = rocking(b, h, tilt * alpha, shaking)
+    through = time[np.flatnonzero(np.sign(turn[1:]) != np.sign(turn[:-1]))]
+    impacts = through[np.insert(np.diff(through) > 0.15, 0, True)]
+    swings = [np.abs(turn[(time > a) & (time < c)]).max() for a, c in pairwise(impacts[:4])]
+    assert_allclose(np.array(swings) / alpha, peaks, rtol=0.02)
+
+
+def test_mass_damping_takes_what_its_ratio_says():
+    """A kicked column swings at its own frequency; its energy falls by exp(-4 pi ratio f t), whatever the mode."""
+    kick = bsm.Shaking(waveform="pulse", frequency=1, amplitude=0.5, cycles=5e-3, duration=1.5, every=0.05)
+    damped = replace(kick, mass_damping=(0.02, 5.0))
+    energy = bsm.run(wall(damped, courses=4, bricks=1)).stages[-1].shaking.energy
+    total = energy[:, 2] + energy[:, 3] - energy[:, 1]
+    time = 0.05 * np.arange(len(total))
+    # Movement and springs have half of the energy each over a period, and the drag takes its part of movement alone.
+    rate = -np.polyfit(time[2:], np.log(total[2:]), 1)[0]
+    assert_allclose(rate, damped.drag, rtol=0.05)
+    assert_allclose(energy[-1, 7], energy[-1, 0] - total[-1], rtol=1e-2)
 
 
 @pytest.mark.heavy

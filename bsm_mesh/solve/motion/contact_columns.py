@@ -69,6 +69,7 @@ WORK = _chunk(
     "pressure",  # of the spring, the dashpot's and the opening by dilation after the last cycle
     "drag",
     "opening",
+    "begun",  # 1 after the first cycle
     "shear",  # shear force, its stiffness, movement along the edge and gap before this cycle
     "stiffness",
     "along",

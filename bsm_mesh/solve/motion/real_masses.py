@@ -7,6 +7,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.solve.motion.contact_columns import SingleArray
 from bsm_mesh.solve.motion.energy import real_masses
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed
 from bsm_mesh.solve.step.equations import StepEquations
@@ -56,8 +57,43 @@ class RealMasses(Masses):
         needed = (self._least_masses / self._shaking.mass_scaling / self.real)[free].max(initial=0.0)
         d, window = self._system.d, self._settings.window
         # Without contacts: no block falls by more than a window in a time step.
+        needed = max(needed, self._needed_by_dashpots(weighed))
         steps = (1 / np.sqrt(needed) if needed > 0 else np.inf, np.sqrt(2 * window * d / GRAVITY))
         self.stable = min(self.stable, *map(float, steps))
+
+    def _needed_by_dashpots(self, weighed: Weighed) -> float:
+        """Return the least inverse square of the time step [1/s2] with which dashpots let no wave grow; 0: none.
+
+        A dashpot c (over a cycle) beside springs of the sum S is stable with masses m where ``m / S - 1 >= 2 c / k``.
+        With ``c = z 2 sqrt(k m')``, m' of both blocks, that is a square equation of the inverse of the time step.
+        """
+        a, b, columns = weighed
+        damping, fixed = self._shaking.contact_damping, self._system.prescribed_blocks
+        if damping == 0 or not len(a):
+            return 0.0
+        stiffness = columns["normal_stiffness"].astype(np.float64)
+        inverse = np.where(fixed, 0.0, 1 / self.real[:, 0])
+        with np.errstate(divide="ignore"):
+            linear = 4 * damping / np.sqrt(stiffness * np.maximum(inverse[a] + inverse[b], np.finfo(float).tiny))
+            square = (self.real / self._sums).min(axis=1)
+        square[fixed] = np.inf
+        square = np.minimum(square[a], square[b])
+        moves = np.isfinite(square)
+        linear, square = linear[moves], square[moves]
+        root = (linear + np.sqrt(linear**2 + 4 * square)) / (2 * square)
+        return float((root**2).max(initial=0.0)) / self._shaking.time_step**2
+
+    def dashpots(self, weighed: Weighed) -> SingleArray:
+        """Return the dashpots of contacts (k,): `Shaking.contact_damping` times the critical ones."""
+        a, b, columns = weighed
+        if self._shaking.contact_damping == 0:
+            return np.zeros(len(a), np.float32)
+        inverse = np.where(self._system.prescribed_blocks, 0.0, 1 / self.mass[:, 0])
+        both = inverse[a] + inverse[b]
+        stiffness = columns["normal_stiffness"].astype(np.float64)
+        critical = 2 * np.sqrt(stiffness / np.where(both > 0, both, np.inf))
+        dashpots: SingleArray = (self._shaking.contact_damping * critical).astype(np.float32)
+        return dashpots
 
     def set_time_step(self, time_step: float) -> None:
         """Set the masses over the square of a time step [s], none greater than stable."""

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import ROUNDING, FloatArray
+from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.results.shaking import ENERGIES
@@ -24,6 +24,7 @@ from bsm_mesh.solve.motion.real_masses import RealMasses
 from bsm_mesh.solve.motion.shaken_kernels import ACCELERATION, BASE, BOLTS, DRAG, SPEED
 from bsm_mesh.solve.motion.shaking_memory import SUMS, ShakingMemory
 from bsm_mesh.solve.motion.threads import Share
+from bsm_mesh.solve.motion.window_columns import Columns
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNDAMPED = replace(FREE, damps_impacts=False)  # its local damping plays no part: the kernels of shaken blocks have none
@@ -53,6 +54,7 @@ class ShakenMotion(ExplicitMotion):
 
     def __init__(self, step: StepEquations, shaking: Shaking, base: BaseMotion, memory: ShakingMemory) -> None:
         self._shaking, self._base, self.memory = shaking, base, memory
+        self._velocity = memory.velocity * memory.time_step  # contacts are asked with it
         super().__init__(step, UNDAMPED)
         free = (~self.system.prescribed_blocks).astype(float)
         self._axis = np.append(base.axis, 0.0) * free[:, None]
@@ -96,6 +98,15 @@ class ShakenMotion(ExplicitMotion):
         speed = self._step.movement(self._velocity)
         return min(cycles, count, max(1, int(self._window() / speed))) if speed > 0 else min(cycles, count)
 
+    def _near(self) -> tuple[IntArray, Columns]:
+        """Return the contacts (k,) that may close within a window, and their columns: the last cycle's gaps too."""
+        rows, columns = super()._near()
+        if self._shaking.contact_damping > 0:
+            position, contacts = self.residual.position, self.contacts
+            before, now = (contacts.relative_positions(where)[0] for where in (position - self._velocity, position))
+            columns["gap"] = (before - now)[rows].astype(np.float32)
+        return rows, columns
+
     def _at_half(self, velocity: FloatArray, time_step: float, before: float | None = None) -> FloatArray:
         """Return the velocity half a time step [s] before now, from one half another (`before`) before: in cycles.
 
@@ -129,7 +140,7 @@ class ShakenMotion(ExplicitMotion):
         return self._base_accelerations(cycles)
 
     def _shaken(self) -> tuple[FloatArray, FloatArray]:
-        return np.zeros_like(self._axis), self._work
+        return np.full_like(self._axis, self._shaking.drag * self._time_step), self._work
 
     def advance(self, max_cycles: int | None = None) -> None:
         """Go through a window, of `max_cycles` at most, and keep the energies of its parts."""
@@ -185,24 +196,27 @@ class ShakenMotion(ExplicitMotion):
         names = "dissipated", "damped"
         slip, damped = (column_of(share.works, name, len(self._rows)).astype(np.float64) for name in names)
         super()._keep(position, share)
-        if len(share.growths):
-            slip = slip + self._stiffened(share)
+        if len(share.growths) or self._shaking.contact_damping > 0:
+            slip = slip + self._lost_at_end(share)
         joint = self.contacts.joint[self._rows]  # -1, the last: of rock
         joints = len(self.memory.slip_energy)
         self._slip_energy = np.bincount(joint % joints, slip, joints).astype(np.float64)
         self._damped = float(damped.sum())
 
-    def _stiffened(self, share: Share) -> FloatArray:
-        """Return what shear springs of contacts in the window lose at its end (k,) [N], where they may become stiffer.
+    def _lost_at_end(self, share: Share) -> FloatArray:
+        """Return what shear springs of contacts in the window lose at its end, (k,) [N].
 
-        Within a window shear stiffness grows no further than masses allow; at its end it follows the pressure.
+        Within a window shear stiffness grows no further than masses allow; at its end it follows the pressure. There
+        the pressure of a dashpot holds no shear force either.
         """
         at, count = self.residual.at, len(self._rows)
+        shear_after = at.shear[self._rows]
         stiffness, shear = (column_of(share.contacts, name, count) for name in ("shear_stiffness", "carried"))
         before, after = stiffness.astype(np.float64), at.springs.stiffness[self._rows]
         springs = at.closed[self._rows] & (before > 0) & (after > 0)
         lost: FloatArray = np.zeros(count)
-        lost[springs] = shear[springs].astype(np.float64) ** 2 / 2 * (1 / before - 1 / after)[springs]
+        stored = shear.astype(np.float64)[springs] ** 2 / before[springs] - shear_after[springs] ** 2 / after[springs]
+        lost[springs] = stored / 2
         return lost
 
     @property

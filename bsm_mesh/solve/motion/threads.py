@@ -128,8 +128,6 @@ class _Strip:
         if self.share.works is None:
             return
         _, _, _, _, moved, turns, _ = self._common
-        # At the next reference no dashpot acts.
-        self.share.contacts["dashpot"] = 0.0
         add_contact_forces(moved[went % 2], *turns[went % 2], *self.share.columns, self._forces[0])
 
 

@@ -51,8 +51,8 @@ def add_work(c: Any, w: Any, t: Any) -> None:  # pragma: no cover - compiled
         if t.closed[i] == ZERO and w.pressure[i] < 0.0:  # a bond breaks
             w.dissipated[i] += w.pressure[i] ** 2 / (2 * np.float64(c.normal_stiffness[i]))
         drag = np.float64(t.pressure[i]) - pressure
-        w.damped[i] -= (w.drag[i] + drag) / 2 * (np.float64(t.gap[i]) - w.gap[i])
-        w.pressure[i], w.drag[i] = pressure, drag
+        w.damped[i] -= w.begun[i] * (w.drag[i] + drag) / 2 * (np.float64(t.gap[i]) - w.gap[i])
+        w.pressure[i], w.drag[i], w.begun[i] = pressure, drag, 1.0
 
 
 @njit(nogil=True, forceinline=True)
