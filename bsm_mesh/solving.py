@@ -10,6 +10,7 @@ from bsm_mesh.errors import ModelError
 
 if TYPE_CHECKING:
     from bsm_mesh.arrays import IntArray
+    from bsm_mesh.flow.coupling import FlowCoupling
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.records import StageResult, StepRecord
@@ -98,6 +99,29 @@ def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:
     return model.replace(stages=[replace(stage, relaxation=finer(stage.relaxation)) for stage in model.stages])
 
 
+def _scheme_of(
+    model: Model, options: Options, report: Reporter, route: Route | None
+) -> tuple[Scheme, Model, tuple[str, ...], FlowCoupling | None]:
+    """Return the scheme of a model that can be analysed, the model under the pressure of its flow, notes, the flow."""
+    from bsm_mesh import space
+    from bsm_mesh.model.kinds import in_space
+    from bsm_mesh.solve.continuation.plan import USUAL
+    from bsm_mesh.solve.continuation.scheme import ContinuationScheme
+    from bsm_mesh.solve.linear.readiness import make_ready, solver_faults  # compiled code: not before it is needed
+
+    if in_space(model.blocks):
+        space.refuse_unready(model, solver_faults(options), options.scheme)
+        return ContinuationScheme(model, options, report, route or USUAL), model, (), None
+    ready = make_ready(model, options)
+    if options.scheme == "linear":
+        from bsm_mesh.solve.linear.scheme import LinearScheme
+
+        linear = LinearScheme(ready.model, options, report, ready.contacts)
+        return linear, ready.model, ready.notes, ready.flow
+    scheme = ContinuationScheme(ready.model, options, report, route or USUAL)
+    return scheme, ready.model, ready.notes, ready.flow
+
+
 def solve(
     model: Model,
     options: Options,
@@ -114,26 +138,15 @@ def solve(
 
     `proves` says whether limit analysis is asked to prove what is unstable.
     """
+    from bsm_mesh import space
+    from bsm_mesh.model.kinds import in_space
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.histories import Recorder
     from bsm_mesh.results.results import Results
-    from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
 
     report("contacts")
-    ready = make_ready(model, options)
-    notes, flow, pressed = ready.notes, ready.flow, ready.model
-    scheme: Scheme
-    if options.scheme == "linear":
-        from bsm_mesh.solve.linear.scheme import LinearScheme
-
-        scheme = LinearScheme(pressed, options, report, ready.contacts)
-    else:
-        from bsm_mesh.solve.continuation.plan import USUAL
-        from bsm_mesh.solve.continuation.scheme import ContinuationScheme
-
-        scheme = ContinuationScheme(pressed, options, report, route or USUAL)
-    del ready  # of a million blocks 1 GB
+    scheme, pressed, notes, flow = _scheme_of(model, options, report, route)
     model_digest, recorder = model.digest, Recorder(model)
 
     def results(stages: tuple[StageResult, ...], *, finished: bool = True) -> Results:
@@ -167,7 +180,7 @@ def solve(
         if not proves:
             return Proof(text="no proof was asked for")
         report("limit analysis")
-        return proof_of(part, down)
+        return space.proof_in_space(part) if in_space(part.blocks) else proof_of(part, down)
 
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -234,8 +235,32 @@ def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArra
     return strength
 
 
+class ByLaw(Protocol):
+    """Contacts that laws are asked about: in the plane or in space."""
+
+    @property
+    def candidates(self) -> Any:
+        """What has the `length` (m,) that each stands for; in space its area."""
+
+    @property
+    def failed(self) -> BoolArray:
+        """Old state, (m,)."""
+
+    @property
+    def slip_path(self) -> FloatArray:
+        """How far each has slid, (m,) [m]."""
+
+    @property
+    def by_law(self) -> tuple[tuple[int, IntArray | slice], ...]:
+        """Number of every law in use, and its rows."""
+
+    @property
+    def count(self) -> int:
+        """Number of contacts."""
+
+
 def respond(
-    contacts: ContactSet,
+    contacts: ByLaw,
     laws: tuple[JointLaw, ...],
     pressure: FloatArray,
     trial: FloatArray,
@@ -254,7 +279,9 @@ def respond(
         rubs = in_friction[k]
         pressed, tried = np.where(rubs, pressure[k], 0.0), np.where(rubs, trial[k], 0.0)
         with _named(law, pressed):
-            answer = law.respond(pressed, tried, length[k], *memory_of(law, failed[k], path[k]))
+            answer = law.respond(pressed, np.abs(tried), length[k], *memory_of(law, failed[k], path[k]))
+        way = np.copysign(1.0, tried)  # laws know magnitudes
+        answer = replace(answer, shear=way * answer.shear, by_pressure=way * answer.by_pressure)
         answer = replace(answer, strength=np.where(rubs, answer.strength, 0.0), sticking=answer.sticking & rubs)
         if len(pieces) == 1:
             return answer
@@ -282,7 +309,7 @@ def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
     return (slice(k, k + AT_ONCE) for k in range(0, count, AT_ONCE))
 
 
-def slipping(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
+def slipping(contacts: ByLaw, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
     """Return the response with every contact slipping at pressures (m,): its strength, and whether it fails."""
     everywhere = np.ones(contacts.count, dtype=bool)
     return respond(contacts, laws, pressure, np.full_like(pressure, BEYOND_STRENGTH), everywhere)

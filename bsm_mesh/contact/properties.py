@@ -45,8 +45,8 @@ class ContactProperties:
     residual_tension: FloatArray
 
 
-class JointCatalogue:
-    """Looks up stiffness and law of any pair of corner and edge of a model.
+class LawCatalogue:
+    """Stiffness and laws of the joints and rocks of a model, whatever its blocks are.
 
     Parameters
     ----------
@@ -69,8 +69,8 @@ class JointCatalogue:
         blocks = model.blocks
         self._model = model
         defined = [joint.name for joint in model.joints]
-        number = np.array([defined.index(n) if n in defined else -1 for n in blocks.joint_names] + [-1], dtype=np.int32)
-        self._joint_of_edge = number[blocks.edge_joint]
+        named = [defined.index(n) if n in defined else -1 for n in blocks.joint_names]
+        self._number = np.array([*named, -1], dtype=np.int32)  # of the blocks' joints in the model's; the last: rock
         self._default = np.int32(-1 if model.default_joint is None else defined.index(model.default_joint))
         rocks = [next(rock for rock in model.rocks if rock.name == name) for name in blocks.rock_names]
         self._moduli = np.array([rock.contact_moduli for rock in rocks])
@@ -82,7 +82,6 @@ class JointCatalogue:
         curves = [joint.shear_curve for joint in model.joints]
         self.stiffens = any(curve is not None for curve in curves)
         self._shear_curve = np.array([*(curve or NO_CURVE for curve in curves), NO_CURVE])
-        self._floor = least_depth(blocks)
         laws: list[JointLaw] = [joint.law or Elastic() for joint in model.joints]
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
         residual = [joint.residual_tensile_strength for joint in model.joints]
@@ -103,10 +102,15 @@ class JointCatalogue:
 
     def laws_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> tuple[IntArray, FloatArray]:
         """Return number of the law and tensile strength [Pa] of contacts whose joints (m,) are known (-1: rock)."""
+        kind = self.kind_of(joint, block_a, block_b)
+        return self._law[kind], self._tension[kind]
+
+    def kind_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> IntArray:
+        """Return the kind of contacts (m,): their joint, or behind all joints the pair of rocks that meet without."""
         rock, n_rocks = self._model.blocks.rock, len(self._moduli)
         between = len(self._joint_stiffness) + rock[block_a] * n_rocks + rock[block_b]
-        kind = np.where(joint >= 0, joint, between)
-        return self._law[kind], self._tension[kind]
+        kind: IntArray = np.where(joint >= 0, joint, between)
+        return kind
 
     def closure_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return closure limit [m], infinite where there is none, and normal stiffness [Pa/m] of joints (m,), -1: rock.
@@ -137,6 +141,21 @@ class JointCatalogue:
             return np.zeros((0, 7)), np.zeros(0)
         own = np.append(self._joint_stiffness[:, 1], np.inf)
         return self._shear_curve[joint], own[joint]
+
+
+class JointCatalogue(LawCatalogue):
+    """Looks up stiffness and law of any pair of corner and edge of a model.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    """
+
+    def __init__(self, model: Model) -> None:
+        super().__init__(model)
+        self._joint_of_edge = self._number[model.blocks.edge_joint]
+        self._floor = least_depth(model.blocks)
 
     def look_up(
         self, placed: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray

@@ -10,8 +10,9 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import face_stiffness
 from bsm_mesh.model.joint_laws.closure import overlap_at
 from bsm_mesh.model.model import Model
+from bsm_mesh.movements import turned
 from bsm_mesh.results.contact_shares import cover_of, shares_of_contacts
-from bsm_mesh.results.movement import as_given, displacement_of, turned
+from bsm_mesh.results.movement import as_given, displacement_of
 from bsm_mesh.results.records import ContactForces
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.older_results import NEXT, brought_up
 from bsm_mesh.folder.own_files import SUMMARY, is_inside
+from bsm_mesh.movements import translations
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.movement import verdict_in_words
@@ -127,7 +128,7 @@ def _stage_summary(results: Results, stage: StageResult) -> dict[str, Any]:
         "contacts": len(stage.contacts.length),
         **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
         "total_load": stage.total_load.tolist(),
-        "total_water": stage.water[:, :2].sum(axis=0).tolist(),
+        "total_water": translations(stage.water).sum(axis=0).tolist(),
         **({"joint_water": joint_water} if joint_water else {}),
         **({"flow": flow_summary(stage.flow)} if stage.flow is not None else {}),
         "uplifted_blocks": stage.uplifted_blocks.tolist(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,9 @@ from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
 from bsm_mesh.model.quantities import MERGE_TOLERANCE as MERGING
 from bsm_mesh.model.values import Rules, parts_of
+
+if TYPE_CHECKING:
+    pass
 
 MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
 
@@ -86,6 +90,14 @@ class Blocks(Portable):
             f"Blocks: {counted(self.count, 'block')} of {area.min():.3g} to {area.max():.3g} m2, "
             f"{low} to {high} m\n{groups}"
         )
+
+    bulk_name, bulk_unit = "area", "m2"  # of `Moments.bulk`
+    axes = 3  # numbers that say how a block has moved: u, v, theta
+
+    @property
+    def span(self) -> float:
+        """Longest side of the box round all blocks [m]."""
+        return float(np.ptp(self.vertices, axis=0).max())
 
     def _own_arrays(self) -> None:
         rules = Rules("Blocks")

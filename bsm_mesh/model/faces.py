@@ -13,6 +13,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.loads import PointForces
 
 COLLINEAR = 1e-6  # of the shorter edge: greatest distance of two edges that lie on each other
 SHORTEST_FACE = 1e-6  # of the shorter edge: a shorter common part is a touching corner
@@ -115,6 +116,21 @@ def _overlapping_edges(blocks: Blocks, edges: IntArray) -> Faces:
         end=start[b] + high[:, None] * unit,
         start_corner_of_a=a_low[keep] >= -tolerance,
         end_corner_of_a=a_high[keep] <= length[b] + tolerance,
+    )
+
+
+def pressure_between(blocks: Blocks, stays: BoolArray, leaves: BoolArray, pressure: float) -> PointForces:
+    """Return a pressure on the faces between blocks that stay and blocks that leave, into those that stay."""
+    faces, owner = find_faces(blocks), blocks.owner
+    a, b = owner[faces.edge_a], owner[faces.edge_b]
+    bare = (stays[b] & leaves[a]) | (stays[a] & leaves[b])
+    start, end = faces.start[bare], faces.end[bare]
+    along = end - start  # in the direction of b's edge, b to its left
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) * np.where(stays[b[bare]], 1.0, -1.0)[:, None]
+    return PointForces(
+        block=np.repeat(np.where(stays[b], b, a)[bare], 2),
+        point=np.stack([start, end], axis=1).reshape(-1, 2),
+        force=np.repeat(pressure * inward / 2, 2, axis=0),
     )
 
 

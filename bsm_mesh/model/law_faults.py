@@ -32,7 +32,7 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
             f"{who}: has no method respond(pressure, trial_shear, length, failed): docs/theory.md says what a law is"
         ]
     pressure = np.array([0.0, 0.0, 1e5, 1e5, 1e5, *PROBED, *([-1e3] * tension)])
-    trial = np.array([0.0, 0.0, 1.0, 1e9, -1e9, *(1e9 for _ in PROBED), *([1.0] * tension)])
+    trial = np.array([0.0, 0.0, 1.0, 1e9, 1e9, *(1e9 for _ in PROBED), *([1.0] * tension)])
     failed = np.array([False, True, False, True, False, *(False for _ in PROBED), *([False] * tension)])
     given = pressure, trial, np.ones(len(trial)), failed
     copies = tuple(values.copy() for values in given)
@@ -110,9 +110,11 @@ def _response_faults(answer: JointResponse, pressure: FloatArray, failed: BoolAr
             "(contacts that do not touch have pressure 0)"
         )
     none = ~(answer.strength >= 0)
-    beyond = np.abs(answer.shear) > answer.strength * (1 + 1e-12)
+    beyond = answer.shear > answer.strength * (1 + 1e-12)
     if none.any():
         faults.append(f"returns a strength that is not 0 or more {where(none)}")
+    elif (negative := answer.shear < 0).any():
+        faults.append(f"returns a negative shear {where(negative)}; it must return its magnitude")
     elif beyond.any():
         faults.append(f"returns more shear than strength {where(beyond)}")
     if (answer.failed != failed)[:2].any():

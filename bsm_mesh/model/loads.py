@@ -9,9 +9,11 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh import space
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, as_given, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.quantities import BLOCK, FORCE, STRESS, STRESS_GRADIENT
 from bsm_mesh.model.values import Rules, parts_of, plain_numbers
 
@@ -210,9 +212,10 @@ def point_forces_of(loads: Sequence[ActingLoad], blocks: Blocks) -> PointForces:
     A component that runs linearly from q1 to q2 along an edge of length l becomes l (2 q1 + q2) / 6 and
     l (q1 + 2 q2) / 6 at the two ends: exact in force, moment and average stress.
     """
-    parts: list[tuple[npt.NDArray[np.generic], FloatArray, FloatArray]] = [
-        (np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros((0, 2)))
-    ]
+    if in_space(blocks):
+        return space.forces_in_space(loads, blocks)
+    nothing = np.zeros((0, 2))
+    parts: list[tuple[npt.NDArray[np.generic], FloatArray, FloatArray]] = [(np.zeros(0, np.int32), nothing, nothing)]
     for load in loads:
         if isinstance(load, PointForces):
             parts.append((load.block, load.point, load.force))

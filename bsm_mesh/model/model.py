@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from bsm_mesh.model.face_water import FaceWater
 from bsm_mesh.model.flow import Flow
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.kinds import in_space, refuse_space
 from bsm_mesh.model.loads import (
     GIVEN_LOADS,
     ActingLoad,
@@ -39,7 +40,9 @@ if TYPE_CHECKING:
 
     from bsm_mesh.solve.options import Options
 
-ContactPoints = Literal["ends", "gauss"]
+PlanePoints = Literal["ends", "gauss"]
+ContactPoints = PlanePoints | Literal["both", "corners"]
+CONTACT_POINTS = ("ends", "gauss", "both", "corners")
 DERIVED = (Bars, PointForces)  # what the program itself puts into a part of a model
 
 
@@ -67,8 +70,10 @@ class Model:
         Direction in which the unit weights pull, from the x axis; -90 is down.
     gravity_horizontal, gravity_vertical : float
         Parts of the unit weights that pull besides, along +x and upwards: a pseudo-static earthquake. Water has none.
-    contact_points : {"ends", "gauss"}
-        Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points.
+    contact_points : {"ends", "gauss", "both", "corners"}
+        Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points. Of polyhedra the
+        points of a shared face: ``"both"``, corners and centroid (``"ends"`` is the same), or ``"corners"`` alone,
+        which are as stiff against bending as ends in the plane: three times what the face is.
     in_situ : InSitu or None
         Stress of the ground before the first stage; displacements then count from there.
     water : Water or None
@@ -136,7 +141,8 @@ class Model:
     def _own_parts(self) -> None:
         """Hold every field to its kind; what belongs together is looked at only once these are right."""
         rules = Rules("model")
-        rules.a_thing("blocks", self.blocks, Blocks)
+        if not in_space(self.blocks):
+            rules.a_thing("blocks", self.blocks, Blocks)
         lists: dict[str, tuple[type, ...]] = {
             "rocks": (Rock,),
             "joints": (Joint,),
@@ -150,7 +156,7 @@ class Model:
             object.__setattr__(self, name, rules.things(name, getattr(self, name), *kinds, derived=DERIVED))
         rules.text("default_joint", self.default_joint, optional=True)
         rules.text("title", self.title, free=True)
-        rules.choice("contact_points", self.contact_points, get_args(ContactPoints))
+        rules.choice("contact_points", self.contact_points, CONTACT_POINTS)
         rules.a_thing("in_situ", self.in_situ, InSitu, optional=True)
         rules.a_thing("water", self.water, Water, optional=True)
         rules.a_thing("flow", self.flow, Flow, optional=True)
@@ -186,11 +192,12 @@ class Model:
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
         """
+        refuse_space(self.blocks, "Model.plot")
         return doors.plot_model(self, window, figure)
 
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows of it."""
-        return doors.model_html(self)
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows of it; None of polyhedra: their text."""
+        return None if in_space(self.blocks) else doors.model_html(self)
 
     @property
     def digest(self) -> str:
@@ -205,14 +212,19 @@ class Model:
 
     @property
     def weights(self) -> FloatArray:
-        """Weight of every block, per metre of thickness, (n_blocks,) [N/m] (Wang Eq. 3.36)."""
-        weights: FloatArray = self.unit_weights * self.blocks.moments.area
+        """Weight of every block, per metre of thickness, (n_blocks,) [N/m] (Wang Eq. 3.36); in space [N]."""
+        weights: FloatArray = self.unit_weights * self.blocks.moments.bulk
         return weights
 
     @property
     def gravity_vector(self) -> FloatArray:
-        """Force over weight, (2,): the unit vector of the direction, and what an earthquake adds."""
+        """Force over weight, (2,): the unit vector of the direction, and what an earthquake adds.
+
+        In space (3,): weights pull down, and the horizontal part acts along +x.
+        """
         earthquake = np.array([self.gravity_horizontal, self.gravity_vertical])
+        if in_space(self.blocks):
+            return np.array([self.gravity_horizontal, 0.0, self.gravity_vertical - 1.0])
         vector: FloatArray = unit_vector(self.gravity_direction) + earthquake
         return vector
 

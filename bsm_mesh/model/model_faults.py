@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bsm_mesh import space
 from bsm_mesh.errors import ModelError, listing, nearest
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.flow_faults import flow_faults, water_weight_faults
 from bsm_mesh.model.histories import history_faults
 from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, point_forces_of
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.stages import presence
@@ -30,7 +32,13 @@ DEEPEST = 1e4  # m: deeper than any mine
 def model_faults(model: Model) -> list[str]:
     """Return one sentence for everything in the model that does not fit together."""
     blocks = model.blocks
+    if in_space(blocks):
+        return space.faults_in_space(model)
     faults: list[str] = []
+    if model.contact_points not in ("ends", "gauss"):
+        faults.append(
+            f'contact_points = "{model.contact_points}" is for polyhedra; in the plane give "ends" or "gauss"'
+        )
     rock_names = [rock.name for rock in model.rocks]
     joint_names = [joint.name for joint in model.joints]
     for kind, names in (("rock", rock_names), ("joint", joint_names)):

@@ -28,6 +28,25 @@ class Moments:
     polar: FloatArray
 
     @property
+    def bulk(self) -> FloatArray:
+        """Area of every polygon [m2]; of polyhedra the volume: what a unit weight is multiplied by."""
+        return self.area
+
+    @property
+    def size(self) -> FloatArray:
+        """Side of the square of the same area [m]; of polyhedra that of the cube."""
+        return np.sqrt(self.area)
+
+    def mean_size(self, chosen: BoolArray) -> float:
+        """Size of a polygon of the mean area of those chosen (n,) [m]."""
+        return float(np.sqrt(self.area[chosen].mean()))
+
+    @property
+    def median_size(self) -> float:
+        """Size of the polygon of median area [m]."""
+        return float(np.sqrt(np.median(self.area)))
+
+    @property
     def gyration(self) -> FloatArray:
         """Polar radius of gyration [m]: turns a moment into a force of the block's own size."""
         radius: FloatArray = np.sqrt(self.polar / self.area)

@@ -76,9 +76,7 @@ class Reduced:
         slip_path: FloatArray | None = None,
     ) -> JointResponse:
         """Return the response of the other law to a trial shear that is greater by the factor, divided by it."""
-        trial = self.factor * np.clip(
-            trial_shear, -BEYOND_STRENGTH, BEYOND_STRENGTH
-        )  # whoever asks for the strength asks with more
+        trial = self.factor * np.minimum(trial_shear, BEYOND_STRENGTH)  # whoever asks for the strength asks with more
         slid = np.zeros(len(failed)) if slip_path is None else slip_path
         answer = self.law.respond(pressure, trial, length, *memory_of(self.law, failed, slid))
         return replace(

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
+from bsm_mesh import space
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_water import FaceWater
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, no_edge
@@ -30,7 +32,7 @@ class SubModel:
     block : (k,) int32
         Number of each block in the whole.
     corner : (l,) int32
-        Number of each corner, and edge, in the whole.
+        Number of each corner, and edge, in the whole; of polyhedra that of each face.
     bar : (b,) int32
         Number of each bar in the whole.
     """
@@ -79,11 +81,11 @@ def submodel_of(
         The pressure of flow on edges of the whole.
     """
     number = np.cumsum(present, dtype=np.int32) - 1
-    corner = np.flatnonzero(present[model.blocks.owner]).astype(np.int32)
+    blocks, corner = blocks_and_corners(model.blocks, present)
     bar = np.flatnonzero(present[bars.block]).astype(np.int32)
     acting = present[forces.block]
     part = Model(
-        blocks=some_blocks(model.blocks, present),
+        blocks=blocks,
         rocks=model.rocks,
         joints=model.joints,
         default_joint=model.default_joint,
@@ -111,14 +113,24 @@ def _rows(table: Table, chosen: IntArray, number: IntArray) -> Table:
 
 def some_blocks(blocks: Blocks, present: BoolArray) -> Blocks:
     """Return the blocks with ``present`` (n,) true, in their order, without excavation groups."""
-    if present.all():
-        return blocks
+    return blocks_and_corners(blocks, present)[0]
+
+
+def blocks_and_corners(blocks: Blocks, present: BoolArray) -> tuple[Blocks, IntArray]:
+    """Return the blocks with ``present`` (n,) true, without excavation groups, and the numbers of their corners.
+
+    They keep their order. Of polyhedra the numbers are those of their faces.
+    """
+    if in_space(blocks):
+        return cast(tuple[Blocks, IntArray], space.some_polyhedra(blocks, present))  # they answer to the same names
     corner = np.flatnonzero(present[blocks.owner]).astype(np.int32)
+    if present.all():
+        return blocks, corner
     new_corner = np.full(len(blocks.vertices), -1, dtype=np.int32)
     new_corner[corner] = np.arange(len(corner))
     boundaries = {name: new_corner[edges][new_corner[edges] >= 0] for name, edges in blocks.boundaries.items()}
     sizes = np.diff(blocks.offsets)[present]
-    return Blocks(
+    part = Blocks(
         vertices=blocks.vertices[corner],
         offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
         nodes=blocks.nodes[corner],
@@ -128,3 +140,4 @@ def some_blocks(blocks: Blocks, present: BoolArray) -> Blocks:
         joint_names=blocks.joint_names,
         boundaries={name: edges for name, edges in boundaries.items() if edges.size},
     )
+    return part, corner

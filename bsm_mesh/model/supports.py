@@ -8,12 +8,15 @@ from typing import Annotated, TypeAlias
 
 import numpy as np
 
+from bsm_mesh import space
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, listing, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.quantities import BLOCK, DIRECTION, DISPLACEMENT
 from bsm_mesh.model.values import Rules, plain_numbers
+from bsm_mesh.movements import cross
 
 Point: TypeAlias = tuple[float, float]
 
@@ -183,12 +186,22 @@ class Bars:
     def held_blocks(self, blocks: Blocks) -> BoolArray:
         """Return which blocks the bars hold in every direction and against rotation, (n,)."""
         arm = self.point - blocks.moments.centroid[self.block]
-        turn = arm[:, 0] * self.direction[:, 1] - arm[:, 1] * self.direction[:, 0]
-        radius = blocks.moments.gyration[self.block]
-        along = np.column_stack([self.direction, np.where(self.holds_rotation, 1.0, turn / radius)])
-        stiffness = np.zeros((blocks.count, 3, 3))
+        along = self.rows(arm / blocks.moments.gyration[self.block, None])
+        stiffness = np.zeros((blocks.count, blocks.axes, blocks.axes))
         np.add.at(stiffness, self.block, along[:, :, None] * along[:, None, :])
-        return np.asarray(np.linalg.matrix_rank(stiffness, tol=RIGID, hermitian=True) == 3)
+        return np.asarray(np.linalg.matrix_rank(stiffness, tol=RIGID, hermitian=True) == blocks.axes)
+
+    def rows(self, arm: FloatArray) -> FloatArray:
+        """Return what of a movement each bar holds, (k, axes), from its arm (k, 2 or 3) from the centroid.
+
+        In space a bar that holds a rotation has the axis of that as its direction.
+        """
+        if arm.shape[1] == 2:
+            moment = arm[:, 0] * self.direction[:, 1] - arm[:, 1] * self.direction[:, 0] + self.holds_rotation
+            return np.column_stack([self.direction, moment])
+        turns = self.holds_rotation[:, None]
+        moment = np.where(turns, self.direction, cross(arm, self.direction))
+        return np.hstack([np.where(turns, 0.0, self.direction), moment])
 
 
 GIVEN_SUPPORTS = (Fixed, Roller, NormalRoller, PrescribedDisplacement)
@@ -204,6 +217,8 @@ def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
     ModelError
         For a boundary or block that does not exist, or a point outside every block.
     """
+    if in_space(blocks):
+        return space.bars_in_space(supports, blocks)
     faults: list[str] = []
     parts: list[Bars] = []
     for number, support in enumerate(supports):

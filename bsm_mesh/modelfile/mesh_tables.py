@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidato
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
-from bsm_mesh.model.model import ContactPoints
+from bsm_mesh.model.model import PlanePoints
 from bsm_mesh.modelfile.units import LINES_SCHEMA, Point, lines_of
 
 
@@ -53,7 +53,7 @@ class MeshTable(Table):
     merge_tolerance: Annotated[float, q.MERGE_TOLERANCE] = Field(
         default=MERGE_TOLERANCE, description="nodes nearer than this are one"
     )
-    contact_points: ContactPoints = "ends"
+    contact_points: PlanePoints = "ends"
     blocks: Literal["elements", "regions"] = Field(
         default="elements", description="every element is a rigid block, or every region between joints is one"
     )

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh import space
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.results.records import StageResult
 
 if TYPE_CHECKING:
@@ -101,6 +103,8 @@ def check_results(results: Results) -> Check:
 
 
 def _check_stage(results: Results, stage: StageResult) -> Check:
+    if in_space(results.blocks):
+        return space.check_stage(results, stage)
     moved = _moved(results)
     reference = max(stage.reference_weight, np.finfo(float).tiny)
     residual = np.abs(block_residuals(results, stage)).max(axis=1) / reference

@@ -9,7 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import Faces
-from bsm_mesh.results.movement import turned
+from bsm_mesh.movements import turned
 from bsm_mesh.results.records import ContactForces
 
 PARALLEL = 0.1  # sine: edges within 6 degrees lie along each other, as in the contact rules

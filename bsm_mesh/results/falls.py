@@ -13,14 +13,14 @@ class Fall:
     ----------
     block : int
         Number of the block.
-    origin : (x, y) [m]
+    origin : tuple of float [m]
         Its centroid in the model as given: where the block came from.
-    place : (x, y) [m]
+    place : tuple of float [m]
         Its centroid when it was taken away.
     moved : float [m]
         How far it had moved in the stage.
     area : float [m2]
-        Its area.
+        Its area; in space its volume [m3].
     weight : float [N/m]
         Its weight.
     step : int
@@ -32,11 +32,16 @@ class Fall:
     """
 
     block: int
-    origin: tuple[float, float]
-    place: tuple[float, float]
+    origin: tuple[float, ...]
+    place: tuple[float, ...]
     moved: float
     area: float
     weight: float
     step: int
     reason: str
     ignored: bool
+
+    @property
+    def bulk(self) -> float:
+        """Its area; in space its volume."""
+        return self.area

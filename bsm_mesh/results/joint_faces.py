@@ -11,8 +11,9 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import joints_of_faces
 from bsm_mesh.model.faces import Faces, find_faces
+from bsm_mesh.movements import turned
 from bsm_mesh.results.contact_shares import Cover, Shares, cover_of, joined_shares, shares_of_contacts
-from bsm_mesh.results.movement import as_given, displacement_of, turned
+from bsm_mesh.results.movement import as_given, displacement_of
 from bsm_mesh.results.records import ContactStatus, StageResult
 from bsm_mesh.results.water_faces import wet_parts
 

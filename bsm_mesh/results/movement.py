@@ -9,16 +9,17 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.movements import carried, distances, translations, turned, turns
 from bsm_mesh.results.records import StageResult, Status
 
-FAR = 0.1  # of a block's size, the root of its area
+FAR = 0.1  # of a block's size
 
 
 def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
     """Return the blocks at rest that lie far from where the stage found them, (k,)."""
     if not stage.status.is_stable:
         return np.zeros(0, np.intp)
-    return np.flatnonzero(np.hypot(*stage.stage_displacement[:, :2].T) > FAR * np.sqrt(blocks.moments.area))
+    return np.flatnonzero(distances(stage.stage_displacement) > FAR * blocks.moments.size)
 
 
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
@@ -34,14 +35,14 @@ def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
     far = far[stage.counts[far]]
     if not far.size:
         return verdict
-    moved = np.hypot(*stage.stage_displacement[far, :2].T)
+    moved = distances(stage.stage_displacement[far])
     most = int(moved.argmax())
     return f"{verdict}, after moving {moved[most]:.3g} m ({part_of_size(blocks, int(far[most]), moved[most])})"
 
 
 def part_of_size(blocks: Blocks, block: int, length: float) -> str:
     """Return a length [m] as a part of a block's size, in words."""
-    share = length / float(np.sqrt(blocks.moments.area[block]))
+    share = length / float(blocks.moments.size[block])
     return f"{share:.2g} times the block's size" if share >= 1 else f"{share:.2g} of the block's size"
 
 
@@ -53,7 +54,7 @@ def displacement_of(blocks: Blocks, displacement: FloatArray, block: IntArray, p
     blocks : Blocks
         As they were given.
     displacement : (n, 3) float64 [m, m, rad]
-        Of every block.
+        Of every block; in space (n, 6).
     block : (k,) int
         The block of each point.
     point : (k, 2) float64 [m]
@@ -63,20 +64,11 @@ def displacement_of(blocks: Blocks, displacement: FloatArray, block: IntArray, p
     -------
     (k, 2) float64 [m]
     """
-    x, y = (point - blocks.moments.centroid[block]).T
-    u, v, theta = displacement[block].T
-    versed, sine = -2 * np.sin(theta / 2) ** 2, np.sin(theta)  # cos(theta) - 1 without loss of digits
-    return np.stack([u + versed * x - sine * y, v + sine * x + versed * y], axis=1)
+    return carried(point - blocks.moments.centroid[block], displacement[block])
 
 
 def as_given(blocks: Blocks, moved: FloatArray, block: IntArray, point: FloatArray) -> FloatArray:
     """Return where points (k, 2) [m] of moved blocks were in the given geometry; `moved` as in `displacement_of`."""
-    centroid = blocks.moments.centroid[block]
-    before: FloatArray = centroid + turned(point - centroid - moved[block, :2], -moved[block, 2])
+    centroid, own = blocks.moments.centroid[block], moved[block]
+    before: FloatArray = centroid + turned(point - centroid - translations(own), -turns(own))
     return before
-
-
-def turned(vectors: FloatArray, angle: FloatArray | float) -> FloatArray:
-    """Return vectors (k, 2) turned counter-clockwise by an angle [rad]."""
-    x, y = vectors.T
-    return np.stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y], axis=1)

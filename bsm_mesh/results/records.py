@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
+from bsm_mesh.movements import translations
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
@@ -329,14 +330,14 @@ class StageResult(Portable):
 
     @property
     def total_load(self) -> FloatArray:
-        """Sum of weights and loads, (2,) [N/m]."""
-        total: FloatArray = self.loads[self.present, :2].sum(axis=0)
+        """Sum of weights and loads, (2,) [N/m]; in space (3,) [N]."""
+        total: FloatArray = translations(self.loads[self.present]).sum(axis=0)
         return total
 
     @property
     def total_reaction(self) -> FloatArray:
-        """Sum of support forces, (2,) [N/m]."""
-        total: FloatArray = self.reactions[self.present, :2].sum(axis=0)
+        """Sum of support forces, (2,) [N/m]; in space (3,) [N]."""
+        total: FloatArray = translations(self.reactions[self.present]).sum(axis=0)
         return total
 
     @property
@@ -365,5 +366,5 @@ class StageResult(Portable):
 
 
 def _greatest(displacement: FloatArray) -> float:
-    u, v, _ = displacement.T
-    return float((u**2 + v**2).max(initial=0.0) ** 0.5)
+    square = sum(along**2 for along in translations(displacement).T)
+    return float(np.max(square, initial=0.0) ** 0.5)

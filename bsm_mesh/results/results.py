@@ -12,6 +12,7 @@ from bsm_mesh import doors
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import counted, named_stage, numbered, shortened
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space, refuse_space
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.records import StageResult, Status
 
@@ -159,11 +160,12 @@ class Results:
         ModelError
             If there is no such picture or stage, nothing to show in it, or the window is none, or of a chart.
         """
+        refuse_space(self.blocks, "Results.plot")
         return doors.plot_results(self, picture, stage, window, figure, beside)
 
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows of them."""
-        return doors.results_html(self)
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows of them; None of polyhedra: their text."""
+        return None if in_space(self.blocks) else doors.results_html(self)
 
     def check(self) -> Check:
         """Return how well every stage is in equilibrium, computed anew from the forces alone."""
@@ -190,6 +192,7 @@ class Results:
         ModelError
             If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
         """
+        refuse_space(self.blocks, "Results.save")
         form = doors.OutputForm(tables=tables, compression=compression)
         return doors.save_results(self, as_path("Results.save: folder", folder), form=form)
 
@@ -208,6 +211,7 @@ class Results:
         ModelError
             If there is no such stage, or nothing of the kind in it.
         """
+        refuse_space(self.blocks, "Results.to_meshio")
         return doors.to_meshio(self, kind, stage)
 
     def to_pyvista(self, kind: str = "blocks", stage: int | str = -1) -> Any:
@@ -221,6 +225,7 @@ class Results:
         ModelError
             As `to_meshio`, or if PyVista is not installed.
         """
+        refuse_space(self.blocks, "Results.to_pyvista")
         return doors.to_pyvista(self, kind, stage)
 
     def to_pandas(self, table: str = "blocks") -> Any:
@@ -236,6 +241,7 @@ class Results:
         ModelError
             If there is no such table, or pandas is not installed.
         """
+        refuse_space(self.blocks, "Results.to_pandas")
         return doors.to_pandas(self, table)
 
     @classmethod

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from bsm_mesh.movements import distances
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
 
@@ -47,7 +46,7 @@ def route_end(route: str, results: Results, usual: Results) -> RouteEnd:
     last, difference, block = results.stages[-1], None, None
     for one, other in zip(results.stages, usual.stages, strict=False):
         if one.status.is_at_rest and other.status.is_at_rest:
-            apart = np.hypot(*(one.displacement - other.displacement)[:, :2].T) * (one.present & other.present)
+            apart = distances(one.displacement - other.displacement) * (one.present & other.present)
             if difference is None or apart.max() > difference:
                 difference, block = float(apart.max()), int(apart.argmax())
     return RouteEnd(

@@ -10,6 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
+from bsm_mesh.movements import angles, distances
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.stages.as_built import as_built, part_of, small_blocks
@@ -73,6 +74,6 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
 
 def _moving(model: Model, mechanism: FloatArray) -> BoolArray:
     """Return the blocks that move in a mechanism, (n,)."""
-    speed = np.maximum(np.hypot(*mechanism[:, :2].T), np.abs(mechanism[:, 2]) * model.blocks.moments.gyration)
+    speed = np.maximum(distances(mechanism), angles(mechanism) * model.blocks.moments.gyration)
     moves: BoolArray = speed > MOVES
     return moves

@@ -12,6 +12,7 @@ from bsm_mesh.errors import numbered, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import MOVEMENT
 from bsm_mesh.model.values import Rules
+from bsm_mesh.movements import distances
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bracket import Verdict
@@ -30,7 +31,7 @@ class Ended:
     reason : str
         Its reason.
     displacement : (n, 3) float64 [m, m, rad]
-        u, v and theta of the blocks in the stage.
+        Of the blocks in the stage; in space (n, 6).
     down : (k,) int32
         Blocks that come down.
     seconds : float
@@ -119,5 +120,5 @@ def movement(ended: Ended, reference: Ended | None, blocks: Blocks, counts: Bool
     Without one: from where it was as the stage began.
     """
     origin = np.zeros_like(ended.displacement) if reference is None else reference.displacement
-    parts: FloatArray = np.hypot(*(ended.displacement - origin)[:, :2].T) / np.sqrt(blocks.moments.area)
+    parts: FloatArray = distances(ended.displacement - origin) / blocks.moments.size
     return parts * counts

@@ -10,6 +10,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.movements import distances
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bracket import Bracket, Judged, Range, Verdict, bracket_of, next_values
@@ -166,9 +167,9 @@ class Search:
         part = self._criterion.movement
         if self._reference is None or not math.isfinite(part) or not self._counts.any():
             return None
-        size = np.sqrt(self._blocks.moments.area[self._counts])
+        size = self._blocks.moments.size[self._counts]
         beyond = part * size.mean() if self._is_proved(value) else max(part * size.max(), size.mean())
-        return float(np.hypot(*self._reference.displacement[:, :2].T).max() + beyond)
+        return float(distances(self._reference.displacement).max() + beyond)
 
     def _is_proved(self, value: float) -> bool:
         """Return whether failure is proved at a value."""
@@ -204,8 +205,8 @@ class Search:
 
     def _movement_of(self, ended: Ended) -> float:
         """Return the greatest movement of a block in a run, over its size."""
-        size = np.sqrt(self._blocks.moments.area)
-        return float((np.hypot(*ended.displacement[:, :2].T) / size)[self._counts].max(initial=0.0))
+        moved = distances(ended.displacement) / self._blocks.moments.size
+        return float(moved[self._counts].max(initial=0.0))
 
     def _judge(self, each: Ended) -> Judgement:
         said = self._criterion.judge(each, self._reference, self._blocks, self._counts)

@@ -16,6 +16,7 @@ from bsm_mesh.model.in_stage import resting_stage
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.quantities import COORDINATE
 from bsm_mesh.model.values import Rules
+from bsm_mesh.movements import lengths
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import Status
 from bsm_mesh.safety.answer import Settings, run_options, with_unit
@@ -82,8 +83,10 @@ class Measured:
         inside = blocks_at(blocks, self.point)
         if not len(inside):
             raise ModelError(f"measured: the point ({self.point[0]:g}, {self.point[1]:g}) is in no block")
-        ((x, y),) = displacement_of(blocks, ended.displacement, inside[:1], np.array([self.point]))
-        return float({"x": x, "y": y, "total": math.hypot(x, y)}[self.component])
+        moved = displacement_of(blocks, ended.displacement, inside[:1], np.array([self.point]))
+        if self.component == "total":
+            return float(lengths(moved)[0])
+        return float(moved[0, "xyz".index(self.component)])
 
 
 @dataclass(frozen=True, slots=True)

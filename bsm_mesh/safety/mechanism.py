@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.results.joint_sets import JointSet, joint_sets
 from bsm_mesh.safety.driver import Found
 
@@ -22,20 +23,20 @@ class Mechanism:
     blocks : (k,) int32
         Blocks that fail.
     area : float [m2]
-        Their area.
+        Their area; in space their volume [m3].
     part : float
         Their part of the area of all blocks.
-    centre : (float, float) [m]
+    centre : tuple of float [m]
         Their common centroid, where they were given.
     joints : tuple of JointSet
-        How the joints are used just before, at the last stable value; none where no value was stable.
+        How the joints are used just before, at the last stable value; none where no value was stable, and of polyhedra.
     """
 
     value: float
     blocks: IntArray
     area: float
     part: float
-    centre: tuple[float, float]
+    centre: tuple[float, ...]
     joints: tuple[JointSet, ...]
 
 
@@ -47,13 +48,17 @@ def mechanism_of(found: Found) -> Mechanism | None:
     trial = next(trial for trial in found.trials if trial.value == value)
     results, last = found.states[value], found.states.get(found.bracket.stable or 0.0)
     stage, moments = results.stages[-1], results.blocks.moments
-    area = moments.area[trial.blocks]
-    centre = np.average(moments.centroid[trial.blocks], axis=0, weights=area) if len(area) else np.zeros(2)
+    area = moments.bulk[trial.blocks]
+    centre = (
+        np.average(moments.centroid[trial.blocks], axis=0, weights=area)
+        if len(area)
+        else np.zeros(moments.centroid.shape[1])
+    )
     return Mechanism(
         value=value,
         blocks=trial.blocks,
         area=float(area.sum()),
-        part=float(area.sum() / moments.area[stage.present].sum()),
-        centre=(float(centre[0]), float(centre[1])),
-        joints=() if last is None else joint_sets(last, last.stages[-1]),
+        part=float(area.sum() / moments.bulk[stage.present].sum()),
+        centre=tuple(centre.tolist()),
+        joints=() if last is None or in_space(last.blocks) else joint_sets(last, last.stages[-1]),
     )

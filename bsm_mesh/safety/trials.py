@@ -7,13 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-import numpy as np
-
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.in_stage import model_up_to, stage_number, strength_in_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
+from bsm_mesh.movements import distances
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.criterion import Ended
 from bsm_mesh.solve.options import Options
@@ -131,8 +130,8 @@ class StrengthTrials:
         if self.before is None:
             return False
         last, blocks = self.before.stages[-1], self.before.blocks
-        moved = np.hypot(*(last.displacement + last.origin)[last.present, :2].T)
-        return bool(moved.max() > MOVED * np.sqrt(np.median(blocks.moments.area)))
+        moved = distances((last.displacement + last.origin)[last.present])
+        return bool(moved.max() > MOVED * blocks.moments.median_size)
 
     def changed(self, factor: float) -> Model:
         """Return the model with its strength divided by a factor."""

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from bsm_mesh.solve.methods.corrections import chord_method, line_search, newton_correction
 from bsm_mesh.solve.methods.newton import ExactNewton, newton
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
-from bsm_mesh.solve.step.equations import StepEquations, moved_by, step_between
+from bsm_mesh.solve.step.block_system import moved_by, step_between
+from bsm_mesh.solve.step.equations import StepEquations
 from tests.scenes.models import GAMMA, model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun
@@ -181,6 +182,9 @@ class Creeping:
 
     def movement(self, correction):
         return 1.0
+
+    def moved_by(self, position, movement):
+        return moved_by(position, movement)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """What a joint law is: how much shear a contact bears under its pressure, and what it remembers.
 
+Laws take and return the magnitude of the shear force; its direction, a sign in the plane, stays with the contact.
+
 A law is one small frozen class with `respond`: old state in; shear, tangent and new state out, vectorised over
 contacts. It sees numbers, not the model. Evaluating it changes nothing; only an accepted step keeps a new state.
 That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.strength_lines` besides. A law that has
@@ -26,9 +28,9 @@ class JointResponse:
     Attributes
     ----------
     shear : (m,) float64 [N/m]
-        Shear force.
+        Magnitude of the shear force; it acts in the direction of the trial one.
     by_pressure : (m,) float64
-        Derivative of the shear force by the pressure; 0 while sticking.
+        Derivative of the magnitude by the pressure; 0 while sticking.
     strength : (m,) float64 [N/m]
         Greatest shear force at this pressure; infinite where there is no limit.
     sticking : (m,) bool
@@ -59,7 +61,7 @@ class JointLaw(Protocol):
         pressure : (m,) float64 [N/m]
             Normal force, compression positive; negative where the contact bears tension.
         trial_shear : (m,) float64 [N/m]
-            Shear force if the contact stuck.
+            Magnitude of the shear force if the contact stuck, not negative.
         length : (m,) float64 [m]
             Length that each contact stands for.
         failed : (m,) bool
@@ -138,11 +140,11 @@ class ReducibleLaw(JointLaw, Protocol):
 
 
 def cut_to_strength(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: BoolArray) -> JointResponse:
-    """Return the trial shear cut to the strength (return mapping)."""
-    sticking = np.abs(trial) <= strength
+    """Return the magnitude of the trial shear cut to the strength (return mapping)."""
+    sticking = trial <= strength
     return JointResponse(
-        shear=np.where(sticking, trial, np.copysign(strength, trial)),
-        by_pressure=np.where(sticking, 0.0, np.copysign(slope, trial)),
+        shear=np.where(sticking, trial, strength),
+        by_pressure=np.where(sticking, 0.0, slope),
         strength=strength,
         sticking=sticking,
         failed=failed,

@@ -118,7 +118,7 @@ class MohrCoulomb:
             return cut_to_strength(trial_shear, strength, np.where(pressure > 0, slope, 0.0), failed | gone)
         strength = np.where(failed, left * length + residual * pressing, self.cohesion * length + peak * pressing)
         slope = np.where(pressure > 0, np.where(failed, residual, peak), 0.0)
-        slipped = np.abs(trial_shear) > strength if self.is_brittle else np.zeros(len(failed), dtype=bool)
+        slipped = trial_shear > strength if self.is_brittle else np.zeros(len(failed), dtype=bool)
         return cut_to_strength(trial_shear, strength, slope, failed | slipped)
 
     def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -95,7 +95,7 @@ class Patton:
         on_first = (first <= second) & ~failed
         strength = np.where(failed, residual * pressing, np.minimum(first, second))
         slope = np.where(pressure > 0, np.where(on_first, peak, residual), 0.0)
-        sheared_off = ~failed & ~on_first & (np.abs(trial_shear) > strength) & (self.cohesion + peak - residual > 0)
+        sheared_off = ~failed & ~on_first & (trial_shear > strength) & (self.cohesion + peak - residual > 0)
         return cut_to_strength(trial_shear, strength, slope, failed | sheared_off)
 
     def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -36,7 +36,7 @@ class Weaker:
         slid = np.zeros(len(failed)) if slip_path is None else slip_path
         given, both = (pressure, trial_shear, length), (self.one, self.other)
         a, b = (law.respond(*given, *memory_of(law, failed, slid)) for law in both)
-        first = np.abs(a.shear) <= np.abs(b.shear)
+        first = a.shear <= b.shear
         return JointResponse(
             shear=np.where(first, a.shear, b.shear),
             by_pressure=np.where(first, a.by_pressure, b.by_pressure),

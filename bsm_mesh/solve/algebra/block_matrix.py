@@ -1,8 +1,8 @@
 """The block pattern of the stiffness matrix, made once, and the compiled pass that fills it.
 
 The linear matrix is symmetric and positive semi-definite (Wang's Eq. 3.41 times -1) and is kept as its upper triangle
-of 3 x 3 blocks in compressed rows; the tangent of sliding contacts is not symmetric and is kept whole. An open contact
-keeps its place, so that the analysis of a pattern lasts.
+of blocks in compressed rows, 3 x 3 in the plane and 6 x 6 in space; the tangent of sliding contacts is not symmetric
+and is kept whole. An open contact keeps its place, so that the analysis of a pattern lasts.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from bsm_mesh.compiled import njit
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class BlockPattern:
-    """A matrix of 3 x 3 blocks in compressed rows: the upper triangle of a symmetric one, or all of it.
+    """A matrix of small blocks in compressed rows: the upper triangle of a symmetric one, or all of it.
 
     Attributes
     ----------
@@ -223,7 +223,7 @@ def constrain(
         The pattern and its blocks.
     number : (n,) int32
         Row of each block in `basis` and `constrained`; -1 for a block without support.
-    basis : (k, 3, 3) float64
+    basis : (k, axes, axes) float64
         Columns: the block's own axes, constrained ones first.
     constrained : (k,) int32
         Number of constrained axes.
@@ -244,10 +244,10 @@ def constrain(
 
 @njit()
 def _multiply(block: FloatArray, basis: FloatArray, from_left: bool) -> None:  # pragma: no cover - compiled
-    """Replace a 3 x 3 block by basis^T block, or by block basis."""
-    old = block.copy()
-    for r in range(3):
-        for s in range(3):
+    """Replace a block by basis^T block, or by block basis."""
+    old, axes = block.copy(), block.shape[0]
+    for r in range(axes):
+        for s in range(axes):
             block[r, s] = 0.0
-            for t in range(3):
+            for t in range(axes):
                 block[r, s] += basis[t, r] * old[t, s] if from_left else old[r, t] * basis[t, s]

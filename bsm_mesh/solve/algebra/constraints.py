@@ -29,16 +29,16 @@ class Constraints:
         The supported blocks.
     number : (n,) int32
         Row of each block of the model in the arrays below; -1 without support.
-    basis : (k, 3, 3) float64
-        Columns: the block's axes in (u, v, theta), the constrained ones first. They are orthonormal once theta is
-        multiplied by the block's radius of gyration.
+    basis : (k, axes, axes) float64
+        Columns: the block's axes in (u, v, theta), in space (u, v, w and a rotation vector), the constrained ones
+        first. They are orthonormal once rotations are multiplied by the block's radius of gyration.
     constrained : (k,) int32
         Number of constrained axes.
-    prescribed : (n, 3) float64
+    prescribed : (n, axes) float64
         Displacements that satisfy every bar and are zero along the free axes.
     slot : (n_bars,) int32
         Place of each bar among its block's bars.
-    share : (k, most bars, 3) float64
+    share : (k, most bars, axes) float64
         Turns a block's reaction (Fx, Fy, M) into the forces in its bars: least squares where they repeat.
     """
 
@@ -55,7 +55,7 @@ class Constraints:
     def fixed(self) -> BoolArray:
         """Blocks (n,) with all axes constrained."""
         fixed: BoolArray = self.number >= 0
-        fixed[self.block] = self.constrained == 3
+        fixed[self.block] = self.constrained == self.basis.shape[1]
         return fixed
 
     def of(self, blocks: IntArray) -> Constraints:
@@ -70,19 +70,19 @@ class Constraints:
         return replace(self, block=block, number=number, basis=basis, constrained=constrained, prescribed=prescribed)
 
     def free_part(self, forces: FloatArray) -> FloatArray:
-        """Return forces (n, 3) in the equations' axes with the constrained components zero."""
+        """Return forces (n, axes) in the equations' axes with the constrained components zero."""
         free = forces.copy()
         free[self.block] = self._free_part_of_supported(forces)
         return free
 
     def scaled(self, forces: FloatArray, scale: FloatArray) -> FloatArray:
-        """Return `free_part` with the forces of blocks without support multiplied by a scale (n, 3)."""
+        """Return `free_part` with the forces of blocks without support multiplied by a scale (n, axes)."""
         free = forces * scale
         free[self.block] = self._free_part_of_supported(forces)  # whose axes have that scale in them
         return free
 
     def unconstrained(self, forces: FloatArray, scale: FloatArray) -> FloatArray:
-        """Project forces (n, 3) onto the axes that supports leave free, times a scale (n, 3), in x, y and rotation."""
+        """Project forces (n, axes) onto the axes that supports leave free, times a scale, in the model's own axes."""
         free = self.scaled(forces, scale)
         axes = self.basis / scale[self.block][:, :, None]  # orthonormal
         free[self.block] = np.einsum("kri,ki->kr", axes, free[self.block])
@@ -90,21 +90,21 @@ class Constraints:
 
     def _free_part_of_supported(self, forces: FloatArray) -> FloatArray:
         turned: FloatArray = np.einsum("kri,kr->ki", self.basis, forces[self.block])
-        turned[np.arange(3) < self.constrained[:, None]] = 0.0
+        turned[np.arange(self.basis.shape[1]) < self.constrained[:, None]] = 0.0
         return turned
 
     def expand(self, solution: FloatArray) -> FloatArray:
-        """Return displacements (n, 3) from the unknowns along the equations' axes."""
+        """Return displacements (n, axes) from the unknowns along the equations' axes."""
         U = solution.copy()
         U[self.block] = np.einsum("kri,ki->kr", self.basis, solution[self.block])
         return U
 
     def reactions(self, forces: FloatArray) -> FloatArray:
-        """Return the reactions (n, 3) that balance `forces` (n, 3) along the constrained axes."""
+        """Return the reactions (n, axes) that balance `forces` (n, axes) along the constrained axes."""
         reactions = np.zeros_like(forces)
         inverse = np.linalg.inv(self.basis)  # rows: dual axes, so that the free axes do no work on the reaction
         turned = np.einsum("kri,kr->ki", self.basis, forces[self.block])
-        turned[np.arange(3) >= self.constrained[:, None]] = 0.0
+        turned[np.arange(self.basis.shape[1]) >= self.constrained[:, None]] = 0.0
         reactions[self.block] = -np.einsum("kir,ki->kr", inverse, turned)
         return reactions
 
@@ -138,61 +138,51 @@ def constrain_bars(
         What is given.
     bars : Bars
         The bars.
-    arm : (n_bars, 2) float64 [m]
+    arm : (n_bars, 2 or 3) float64 [m]
         From the block's centroid to the supported point, at the current position.
     value : (n_bars,) float64 [m or rad]
         The rest of the prescribed displacement.
     conflicts : bool
-        Whether to look for contradictions; after large rotations small ones are rounding.
-
-    Raises
-    ------
-    ModelError
-        If bars on one block prescribe displacements that contradict each other.
+        Whether contradictions raise a `ModelError`; after large rotations small ones are rounding.
     """
     moments = model.blocks.moments
     block, row_of_bar, counts = np.unique(bars.block, return_inverse=True, return_counts=True)
     slot = _slots(row_of_bar, counts)
-    k, most = len(block), int(counts.max(initial=1))
+    k, most, axes = len(block), int(counts.max(initial=1)), model.blocks.axes
     radius = moments.gyration[block]
-    rows, values = np.zeros((k, most, 3)), np.zeros((k, most))
-    rows[row_of_bar, slot] = _unit_rows(bars, arm / radius[row_of_bar, None])
+    rows, values = np.zeros((k, most, axes)), np.zeros((k, most))
+    rows[row_of_bar, slot] = bars.rows(arm / radius[row_of_bar, None])
     # A bar that holds the rotation counts as one at the radius of gyration, or units of length would weigh it.
     lever = np.where(bars.holds_rotation, radius[row_of_bar], 1.0)
     values[row_of_bar, slot] = value * lever
-    left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
+    left, size, own = np.linalg.svd(rows, full_matrices=False) if most >= axes else _svd_padded(rows)
     # A smaller singular value is that of a bar that repeats others, a smaller misfit no contradiction.
     least = np.maximum(ROUNDING, rounding(model.blocks.vertices) / radius)
     constrained = (size > least[:, None] * size[:, :1]).sum(axis=1)
-    inverse = np.where(np.arange(3) < constrained[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
-    pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
+    inverse = np.where(np.arange(axes) < constrained[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
+    pseudo = np.einsum("kia,ki,kbi->kab", own, inverse, left)  # (k, axes, bars): (u, v, r theta) from the values
     prescribed = np.einsum("kab,kb->ka", pseudo, values)
     misfit = np.abs(np.einsum("kba,ka->kb", rows, prescribed)[row_of_bar, slot] - value * lever)
     share = np.transpose(pseudo, (0, 2, 1))
     share[row_of_bar, slot] *= lever[:, None]
     if conflicts:
         _check_conflicts(bars, misfit, least[row_of_bar])
-    scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
+    moves = moments.centroid.shape[1]
+    scale = np.hstack([np.ones((k, moves)), np.tile(1 / radius[:, None], axes - moves)])
     number = np.full(model.blocks.count, -1, dtype=np.int32)
     number[block] = np.arange(k)
-    all_prescribed = np.zeros((model.blocks.count, 3))
+    all_prescribed = np.zeros((model.blocks.count, axes))
     all_prescribed[block] = prescribed * scale
     return Constraints(
         bars=bars,
         block=block.astype(np.int32),
         number=number,
-        basis=np.ascontiguousarray(np.transpose(axes, (0, 2, 1)) * scale[:, :, None]),
+        basis=np.ascontiguousarray(np.transpose(own, (0, 2, 1)) * scale[:, :, None]),
         constrained=constrained.astype(np.int32),
         prescribed=all_prescribed,
         slot=slot,
         share=share * scale[:, None, :],
     )
-
-
-def _unit_rows(bars: Bars, arm: FloatArray) -> FloatArray:
-    """Return the rows of bars (n_bars, 3), from arms (n_bars, 2) over radii of gyration."""
-    moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
-    return np.column_stack([bars.direction, moment])
 
 
 def _slots(row_of_bar: IntArray, counts: IntArray) -> IntArray:
@@ -204,8 +194,9 @@ def _slots(row_of_bar: IntArray, counts: IntArray) -> IntArray:
 
 
 def _svd_padded(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the decomposition of blocks with fewer than three bars each, padded with empty bars."""
-    padded = np.concatenate([rows, np.zeros((len(rows), 3 - rows.shape[1], 3))], axis=1)
+    """Return the decomposition of blocks with fewer bars than axes each, padded with empty bars."""
+    axes = rows.shape[2]
+    padded = np.concatenate([rows, np.zeros((len(rows), axes - rows.shape[1], axes))], axis=1)
     left, size, axes = np.linalg.svd(padded, full_matrices=False)
     return left[:, : rows.shape[1]], size, axes
 

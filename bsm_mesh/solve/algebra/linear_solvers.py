@@ -14,12 +14,12 @@ from bsm_mesh.solve.algebra.superlu import SuperLU
 
 
 class LinearSolver(Protocol):
-    """A direct solver for a symmetric matrix of 3 x 3 blocks whose pattern stays."""
+    """A direct solver for a symmetric matrix of small blocks whose pattern stays."""
 
     name: str
 
     def factorize(self, data: FloatArray) -> None:
-        """Factorize the values (n_places, 3, 3) of the upper triangle.
+        """Factorize the values (n_places, axes, axes) of the upper triangle.
 
         Raises
         ------
@@ -28,7 +28,7 @@ class LinearSolver(Protocol):
         """
 
     def solve(self, right_side: FloatArray) -> FloatArray:
-        """Return x (n, 3) of K x = right_side (n, 3) with the last factors."""
+        """Return x (n, axes) of K x = right_side (n, axes) with the last factors."""
 
     def close(self) -> None:
         """Give the memory of the factors back."""
@@ -54,7 +54,7 @@ def make_linear_solver(
         ranks. The results record which.
     pattern : BlockPattern
         Upper triangle of the matrix.
-    position : (n, 2) float64 [m]
+    position : (n, 2 or 3) float64 [m]
         Centroids of the blocks, for an elimination order.
     threads : int
         Threads that Pardiso may use; 0: as many as there are cores.

@@ -42,9 +42,9 @@ class MixedPrecisionPardiso:
         self._data = self._root = np.zeros(0)
 
     def factorize(self, data: FloatArray) -> None:
-        """Factorize the values (n_places, 3, 3)."""
+        """Factorize the values (n_places, axes, axes)."""
         self._data = data
-        self._root = np.sqrt(np.abs(data[self._pattern.diagonal][:, [0, 1, 2], [0, 1, 2]]))
+        self._root = np.sqrt(np.abs(np.einsum("kii->ki", data[self._pattern.diagonal])))
         try:
             self._solver.factorize(data)
         except SingularMatrixError:
@@ -53,7 +53,7 @@ class MixedPrecisionPardiso:
             self._go_double()
 
     def solve(self, right_side: FloatArray) -> FloatArray:
-        """Return the solution (n, 3) to `ACCURACY`; not a number where the matrix turns out to be singular."""
+        """Return the solution (n, axes) to `ACCURACY`; not a number where the matrix turns out to be singular."""
         if not self.single:
             return self._solver.solve(right_side)
         matrix = bsr_array((self._data, self._pattern.column, self._pattern.row_start))

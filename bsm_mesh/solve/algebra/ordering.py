@@ -35,7 +35,7 @@ def nested_dissection(
         Block i has the neighbours ``neighbour[start[i]:start[i + 1]]``.
     neighbour : (k,) int32
         Neighbours of every block, both ways.
-    position : (n, 2) float64 [m]
+    position : (n, 2 or 3) float64 [m]
         Centroids.
     """
     n = start.size - 1
@@ -83,16 +83,17 @@ def _mark_upper_half(
     members: IntArray, position: FloatArray, upper: IntArray, cut: int
 ) -> None:  # pragma: no cover - compiled
     """Set `upper` (n,) of the members beyond the median of the coordinate along which they are longer to `cut`."""
-    low0, high0, low1, high1 = np.inf, -np.inf, np.inf, -np.inf
-    for i in members:
-        low0, high0 = min(low0, position[i, 0]), max(high0, position[i, 0])
-        low1, high1 = min(low1, position[i, 1]), max(high1, position[i, 1])
-    axis = 0 if high0 - low0 >= high1 - low1 else 1
+    axis, longest, highest = 0, -np.inf, np.inf
+    for other in range(position.shape[1]):
+        low, high = np.inf, -np.inf
+        for i in members:
+            low, high = min(low, position[i, other]), max(high, position[i, other])
+        if high - low > longest:
+            axis, longest, highest = other, high - low, high
     along = np.empty(members.size)
     for k in range(members.size):
         along[k] = position[members[k], axis]
     middle = np.median(along)
-    highest = high0 if axis == 0 else high1
     for k in range(members.size):
         if along[k] > middle or along[k] == middle == highest:
             upper[members[k]] = cut

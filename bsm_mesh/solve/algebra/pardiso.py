@@ -1,4 +1,4 @@
-"""MKL Pardiso through the `mkl` package: its phases apart, on the 3 x 3 blocks as they are."""
+"""MKL Pardiso through the `mkl` package: its phases apart, on the blocks as they are."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def is_available() -> bool:
 
 
 class Pardiso:
-    """MKL Pardiso on 3 x 3 blocks, LL^T or (whole patterns) LU; the analysis is kept between factorizations.
+    """MKL Pardiso on small blocks, LL^T or (whole patterns) LU; the analysis is kept between factorizations.
 
     Parameters
     ----------
@@ -88,7 +88,6 @@ class Pardiso:
         if not pattern.symmetric:  # of corrections, on every digit of which the way of Newton's method depends
             self._parameters[[1, 33]] = 2, SHARES  # on one thread METIS gives the same order every time
         self._parameters[34] = 1  # indices from 0
-        self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
         cores = os.cpu_count() or 1 if pattern.rows >= LARGE else 1
         self._threads, self._order = threads or cores, order
@@ -104,15 +103,16 @@ class Pardiso:
         return library
 
     def factorize(self, data: FloatArray) -> None:
-        """Factorize the values (n_places, 3, 3); the first call analyses the pattern too."""
+        """Factorize the values (n_places, axes, axes); the first call analyses the pattern too."""
         self._data = np.ascontiguousarray(data, dtype=self._precision)
         if not self._analysed:
+            self._parameters[36] = data.shape[1]  # numbers a block
             self._call(ANALYSE)
             self._analysed = True
         self._call(FACTORIZE)
 
     def solve(self, right_side: FloatArray) -> FloatArray:
-        """Return the solution (n, 3)."""
+        """Return the solution (n, axes)."""
         b: FloatArray = np.ascontiguousarray(right_side, dtype=self._precision)
         x = np.empty_like(b)
         self._call(SOLVE, b, x)

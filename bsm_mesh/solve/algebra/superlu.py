@@ -1,4 +1,4 @@
-"""SciPy's SuperLU on the 3 x 3 blocks: the linear solver that is there everywhere."""
+"""SciPy's SuperLU on small blocks: the linear solver that is there everywhere."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ class SuperLU:
     """SciPy's SuperLU in symmetric mode, the blocks ordered by nested dissection.
 
     SuperLU's own orderings of 1e5 blocks take from ten seconds to minutes; one on the blocks, by their position,
-    takes a fraction of a second and leaves the 3 x 3 blocks whole for SuperLU's supernodes.
+    takes a fraction of a second and leaves the blocks whole for SuperLU's supernodes.
 
     Parameters
     ----------
     pattern : BlockPattern
         The matrix.
-    position : (n, 2) float64 [m]
+    position : (n, 2 or 3) float64 [m]
         Centroids of the blocks.
     definite : bool
         Whether to look at the pivots, of which it makes a copy: else a matrix that is not positive definite passes.
@@ -44,7 +44,7 @@ class SuperLU:
 
         start, row, source = self._columns
         values, indices, pointers = _scalar_columns(start, row, source, data)
-        n = 3 * self._pattern.rows
+        n = data.shape[1] * self._pattern.rows
         try:
             factors = splu(
                 csc_array((values, indices, pointers), shape=(n, n)),
@@ -59,10 +59,10 @@ class SuperLU:
         self._factors = factors
 
     def solve(self, right_side: FloatArray) -> FloatArray:
-        """Return the solution (n, 3)."""
+        """Return the solution (n, axes)."""
         assert self._factors is not None
         x = np.empty_like(right_side)
-        x[self._order] = self._factors.solve(right_side[self._order].reshape(-1)).reshape(-1, 3)
+        x[self._order] = self._factors.solve(right_side[self._order].reshape(-1)).reshape(x.shape)
         return x
 
     def close(self) -> None:
@@ -117,17 +117,18 @@ def _scalar_columns(
 ) -> tuple[FloatArray, IntArray, IntArray]:  # pragma: no cover - compiled
     """Return values, row indices and column starts of the scalar matrix."""
     n = start.size - 1
-    values = np.empty(9 * row.size)
-    indices = np.empty(9 * row.size, np.int32)
-    pointers = np.empty(3 * n + 1, np.int32)
+    axes = data.shape[1]
+    values = np.empty(axes * axes * row.size)
+    indices = np.empty(axes * axes * row.size, np.int32)
+    pointers = np.empty(axes * n + 1, np.int32)
     at = 0
     for j in range(n):
-        for s in range(3):
-            pointers[3 * j + s] = at
+        for s in range(axes):
+            pointers[axes * j + s] = at
             for p in range(start[j], start[j + 1]):
-                for r in range(3):
-                    indices[at] = 3 * row[p] + r
+                for r in range(axes):
+                    indices[at] = axes * row[p] + r
                     values[at] = data[source[p], r, s] if source[p] >= 0 else data[-source[p] - 1, s, r]
                     at += 1
-    pointers[3 * n] = at
+    pointers[axes * n] = at
     return values, indices, pointers

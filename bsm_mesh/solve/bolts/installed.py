@@ -74,7 +74,7 @@ class InstalledBolts:
             For bolts that end in the void or run along an edge.
         """
         layout = lay_out_bolts(model.bolts, model.blocks, model.stages)
-        bolts = cls._not_installed(layout, model.blocks.moments.centroid)
+        bolts = cls._not_installed(layout, model.blocks.moments.centroid[:, :2])  # in space there are none
         return bolts.install(0, position)
 
     @classmethod

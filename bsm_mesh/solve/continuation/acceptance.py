@@ -12,8 +12,8 @@ from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.motion.following import is_fast
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate
-from bsm_mesh.solve.step.block_system import BlockSystem
-from bsm_mesh.solve.step.equations import StepEquations, moved_by
+from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.system import System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class Acceptance:
 
     Parameters
     ----------
-    system : BlockSystem
+    system : System
         The blocks.
     options : Options
         Tolerance.
@@ -57,7 +57,7 @@ class Acceptance:
         When an equilibrium is looked for.
     """
 
-    def __init__(self, system: BlockSystem, options: Options, *, intact: bool) -> None:
+    def __init__(self, system: System, options: Options, *, intact: bool) -> None:
         self._system, self._options, self._intact = system, options, intact
         self.pace = Pace()
 
@@ -98,7 +98,7 @@ class Acceptance:
             mode = None if quiet else falling_mode(attempt.equations, attempt.position, attempt.at, self.tolerance)
             if mode is not None:
                 self.pace = self.pace.followed()
-                pushed = moved_by(attempt.position, SETTINGS.push * self._system.d * mode)
+                pushed = self._system.moved_by(attempt.position, SETTINGS.push * self._system.d * mode)
                 attempt = replace(attempt, position=pushed, velocity=np.zeros_like(pushed))
         self.pace = self.pace.counted(moves=attempt.velocity is not None, near_rest=phase is Phase.NEAR_REST)
         return attempt

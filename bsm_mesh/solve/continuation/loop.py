@@ -1,7 +1,7 @@
 """Continuation to equilibrium or collapse: steps from one accepted state to the next.
 
 Each step ends in a solution of ``loads + bolts + contacts - lam * M (q - q_n) = 0`` for the position q, with total
-contact laws, exact rotations and ``M = diag(W, W, W I/A)`` anchored at the accepted position, lam hardly more than
+contact laws, exact rotations and `System.mass` as M, anchored at the accepted position, lam hardly more than
 nothing; or, where none is near, in where explicit motion with the blocks' real masses leads.
 
 The step, numbered as in the loop:
@@ -22,12 +22,12 @@ from time import perf_counter
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.forces import ContactSet, Evaluation
-from bsm_mesh.contact.history import History, commit
 from bsm_mesh.model.model import Model
+from bsm_mesh.movements import distances
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.continuation.acceptance import Acceptance
+from bsm_mesh.solve.continuation.mechanics import mechanics_of
 from bsm_mesh.solve.continuation.plan import USUAL, Route
 from bsm_mesh.solve.continuation.state import CycleMemory, LoopState
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
@@ -35,9 +35,9 @@ from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.attempt import Attempt, Iterate
-from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.factorization import Factors
+from bsm_mesh.solve.step.system import Contacts, Evaluation, History
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,10 +97,12 @@ class Continuation:
         route: Route = USUAL,
     ) -> None:
         self.options, self.observer, self._between_steps = options, observer, accepted
-        self.system = BlockSystem(model) if start is None else BlockSystem(model, start.bolts, start.position)
+        mechanics = mechanics_of(model)
+        given = (None, None) if start is None else (start.bolts, start.position)
+        self.system = mechanics.system(model, *given)
         self.factors = Factors(self.system, options)
         self.begin = start or Start(
-            position=self.system.start, history=History.none(), intact=True, bolts=self.system.bolts
+            position=self.system.start, history=mechanics.no_history(), intact=True, bolts=self.system.bolts
         )
         self.start_residual = 0.0
         self.origin = self.begin.position if self.begin.origin is None else self.begin.origin
@@ -161,7 +163,7 @@ class Continuation:
         system, number = self.system, state.number
         contacts, position, velocity = attempt.contacts, attempt.position, attempt.velocity
         at, system.bolts = attempt.at, attempt.equations.system.bolts
-        history, changed = commit(contacts, at, position, system.outlines.size)  # (4)
+        history, changed = system.commit(contacts, at, position)  # (4)
         system.bolts = system.bolts.commit(system.bolts.evaluate(position))
         residual = system.static_residual(contacts, position)
         self._record(number, residual, position, contacts, at, began, tried)
@@ -220,13 +222,13 @@ class Continuation:
 
     def _exhausted(self, steps: str, residual: float, position: FloatArray) -> str:
         """Return why the run ended without a verdict, and what may help."""
-        moved = float(np.hypot(*position[:, :2].T).max())
+        moved = float(distances(position).max())
         return (
             f"the limit of {self.options.max_steps} {steps} was reached with residual {residual:.1e}, a block having "
             f"moved {moved:.3g} m; if that is failure set displacement_limit below it, else raise max_steps"
         )
 
-    def _set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:
+    def _set_residual_scale(self, contacts: Contacts, position: FloatArray) -> None:
         self.system.set_residual_scale(contacts, position)
         self.start_residual = self.system.static_residual(contacts, position)
 
@@ -235,7 +237,7 @@ class Continuation:
         number: int,
         residual: float,
         position: FloatArray,
-        contacts: ContactSet,
+        contacts: Contacts,
         at: Evaluation,
         began: tuple[float, int],
         tried: tuple[str, ...],
@@ -246,7 +248,7 @@ class Continuation:
             stage=0,
             step=number,
             residual=residual,
-            max_displacement=float(np.hypot(*(position - self.origin)[:, :2].T).max()),
+            max_displacement=float(distances(position - self.origin).max()),
             newton_iterations=self.factors.count - before,
             factorizations=self.factors.count - before,
             open_contacts=int((contacts.within_tolerance & ~at.closed).sum()),
@@ -260,7 +262,7 @@ class Continuation:
         self.observer(record, lambda: self._motion(Status.NOT_CONVERGED, "on its way", contacts, position))
 
     def _collapsed(
-        self, collapse: Collapse, contacts: ContactSet, position: FloatArray, velocity: FloatArray | None = None
+        self, collapse: Collapse, contacts: Contacts, position: FloatArray, velocity: FloatArray | None = None
     ) -> Motion:
         status = Status.UNSTABLE if collapse.down.size else Status.NOT_CONVERGED
         end = self._end(status, collapse.reason, contacts, position)
@@ -268,11 +270,11 @@ class Continuation:
             end, unstable_blocks=collapse.unstable, down=collapse.down, small=collapse.small, velocity=velocity
         )
 
-    def _end(self, status: Status, reason: str, contacts: ContactSet, position: FloatArray) -> Motion:
+    def _end(self, status: Status, reason: str, contacts: Contacts, position: FloatArray) -> Motion:
         self.factors.close()
         return self._motion(status, reason, contacts, position)
 
-    def _motion(self, status: Status, reason: str, contacts: ContactSet, position: FloatArray) -> Motion:
+    def _motion(self, status: Status, reason: str, contacts: Contacts, position: FloatArray) -> Motion:
         at = self.system.evaluate(contacts, position)
         return Motion(
             status=status,

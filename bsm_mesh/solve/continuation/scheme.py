@@ -8,25 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.forces import turned
-from bsm_mesh.contact.history import History, commit
-from bsm_mesh.contact.search import corner_positions
-from bsm_mesh.contact.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
-from bsm_mesh.contact.strength import MAX_UTILISATION
-from bsm_mesh.model.loads import PointForces, point_forces_of
+from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
-from bsm_mesh.model.water_pressure import WaterLoad
-from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
-from bsm_mesh.results.stress import total_and_effective_stress
-from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
+from bsm_mesh.results.movement import as_given
+from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
-from bsm_mesh.solve.continuation.evidence import evidence_of
 from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.continuation.mechanics import mechanics_of
 from bsm_mesh.solve.continuation.plan import USUAL, Route
 from bsm_mesh.solve.continuation.shaken import ShakenContinuation
 from bsm_mesh.solve.continuation.state import ContinuationState, LoopState
@@ -34,7 +26,6 @@ from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory, result_of
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
 
 
@@ -54,7 +45,7 @@ class ContinuationScheme:
 
     Attributes
     ----------
-    moved : (n, 3) float64 [m, m, rad]
+    moved : (n, axes) float64 [m, rad]
         Displacement of every block since it was given, or placed.
     history : History
         Contact history, in the numbers of the whole.
@@ -73,8 +64,9 @@ class ContinuationScheme:
 
     def __init__(self, model: Model, options: Options, report: Reporter, route: Route = USUAL) -> None:
         self.model, self.options, self.report, self.route = model, options, report, route
-        self.moved = np.zeros((model.blocks.count, 3))
-        self.history = History.none()
+        self.moved = np.zeros((model.blocks.count, model.blocks.axes))
+        self._mechanics = mechanics_of(model)
+        self.history = self._mechanics.no_history()
         self.bolts = InstalledBolts.of(model, self.moved)
         self._origin = self.moved.copy()
         self.linear_solver = ""
@@ -85,7 +77,7 @@ class ContinuationScheme:
         loop = None if self._engine is None else self._engine.state
         return ContinuationState(
             moved=self.moved.copy(),
-            history=self.history if loop is None else History.none(),
+            history=self.history if loop is None else self._mechanics.no_history(),
             bolts=BoltMemory.of(self.bolts),
             origin=self._origin,
             velocity=self._velocity,
@@ -104,7 +96,7 @@ class ContinuationScheme:
 
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field, and return notes on it."""
-        self.history, notes = in_situ_history(self.model)
+        self.history, notes = self._mechanics.in_situ_history(self.model)
         return notes
 
     def stage_bars(self, bars: Bars, number: int) -> Bars:
@@ -113,11 +105,12 @@ class ContinuationScheme:
 
     def remove_and_place_blocks(self, stays: BoolArray, comes: BoolArray) -> None:
         """Remove contacts and cut bolts of blocks that do not stay; placed ones have contacts without force."""
-        self.history = between(self.history, stays)
+        self.history = self._mechanics.between(self.history, stays)
         self.bolts = self.bolts.without(~stays)
         self.moved[~stays] = 0.0
         if comes.any():
-            self.history = with_filled_blocks(self.history, self.model, comes, stays | comes, self.moved)
+            given = self.history, self.model, comes, stays | comes, self.moved
+            self.history = self._mechanics.with_filled_blocks(*given)
 
     def install(self, number: int) -> None:
         """Install the bolts of a stage as the blocks stand; their movement in the stage counts from there."""
@@ -125,9 +118,8 @@ class ContinuationScheme:
         self._origin, self._shaken = self.moved.copy(), None
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
-        """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
-        centroid, moved = self.model.blocks.moments.centroid[block], self.moved[block]
-        return centroid + turned(point - centroid - moved[:, :2], -moved[:, 2])
+        """Return the positions in the given geometry of points of blocks, a row each."""
+        return as_given(self.model.blocks, self.moved, block, point)
 
     def solve(
         self,
@@ -141,7 +133,7 @@ class ContinuationScheme:
         self.report(self.options.scheme)
         start = Start(
             position=self.moved[part.block],
-            history=in_part(self.history, part),
+            history=self._mechanics.in_part(self.history, part),
             intact=self._intact,
             bolts=self.bolts.in_part(part),
             origin=self._origin[part.block],
@@ -157,14 +149,14 @@ class ContinuationScheme:
             self._resumed = None
             motion = engine.run()
             self._engine = None
-            history, _ = commit(motion.contacts, motion.at, motion.position, engine.system.outlines.size)
+            history, _ = engine.system.commit(motion.contacts, motion.at, motion.position)
             start = replace(start, position=motion.position, history=history, intact=False, bolts=motion.bolts)
             if motion.status is not Status.STABLE:
                 break
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
         self.moved[part.block] = motion.position
-        self.history = in_whole(history, part)
+        self.history = self._mechanics.in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
         self._velocity = None if motion.velocity is None else part.in_whole(motion.velocity)
         self._shaken = None if engine.shaken is None else engine.shaken.in_whole(part)
@@ -196,7 +188,10 @@ class ContinuationScheme:
 
     def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
         bolts = bolt_forces(self.model.bolts, self.bolts.after(motion.bolts), motion.bolts_at)
-        return _outcome(engine, motion, bars_before, bolts)
+        outcome = self._mechanics.outcome(engine.system, motion, engine.origin, bars_before, bolts)
+        if engine.shaken is None:
+            return outcome
+        return replace(outcome, stage=replace(outcome.stage, shaking=result_of(engine.shaken)))
 
 
 def loaded_in_part(model: Model, share: float) -> Model:
@@ -209,85 +204,4 @@ def loaded_in_part(model: Model, share: float) -> Model:
         loads=[replace(forces, force=share * forces.force)],
         water=None if model.water is None else model.water.scaled(share),
         face_water=None if model.face_water is None else model.face_water.scaled(share),
-    )
-
-
-def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolts: BoltForces) -> Outcome:
-    model = engine.system.model
-    residual = motion.loads + motion.bolts_at.forces + motion.at.forces
-    reactions = motion.constraints.reactions(residual)
-    bars = motion.constraints.bars
-    arm = engine.system.bar_arms(motion.position)
-    size = bar_forces(motion.constraints, reactions, arm, bars_before)
-    placed = engine.system.outlines.placed(motion.position)
-    supports = support_forces(bars, placed[bars.block, :2] + arm, size)
-    kept = np.flatnonzero(motion.at.closed | motion.contacts.within_tolerance)
-    contacts = _contact_forces(motion, kept, placed, engine.system.water)
-    block, point, force = engine.system.point_forces_at(motion.position)
-    corners = corner_positions(engine.system.outlines, placed)
-    stress, effective = total_and_effective_stress(
-        model.blocks,
-        placed[:, :2],
-        contacts,
-        (
-            concatenate([PointForces(block=block, point=point, force=force), motion.bolts.on_blocks(motion.bolts_at)]),
-            supports,
-        ),
-        engine.system.water.point_forces(corners),
-    )
-    displacement = motion.position - engine.origin
-    stage = StageResult(
-        name="",
-        status=motion.status,
-        reason=motion.reason,
-        present=np.ones(model.blocks.count, dtype=bool),
-        displacement=motion.position,
-        stage_displacement=displacement,
-        origin=np.zeros_like(displacement),
-        stress=stress,
-        stress_effective=effective,
-        loads=motion.loads,
-        reactions=reactions,
-        water=engine.system.water_at(motion.position),
-        **engine.system.water.recorded(),
-        contacts=contacts,
-        supports=supports,
-        bolts=bolts,
-        unstable_blocks=motion.unstable_blocks,
-        start_residual=motion.start_residual,
-        residual=motion.residual,
-        reference_weight=motion.reference,
-        steps=motion.steps,
-        shaking=None if engine.shaken is None else result_of(engine.shaken),
-        evidence=evidence_of(engine.system, motion, kept),
-    )
-    return Outcome(stage, size, motion.down, motion.small)
-
-
-def _contact_forces(motion: Motion, kept: IntArray, placed: FloatArray, water: WaterLoad) -> ContactForces:
-    """Return the forces of the contacts `kept` (k,) at the end, of placed blocks (n, 3)."""
-    table, at = motion.contacts, motion.at
-    c = table.candidates
-    tangent, arm_a = (vectors[kept] for vectors in table.frames(at.position)[:2])
-    status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
-    status = np.where(at.closed, status, ContactStatus.OPEN)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        used = np.where(at.bears & (at.shear != 0), np.abs(at.shear) / at.strength, 0.0)  # without strength: infinite
-    point = placed[c.block_a[kept], :2] + arm_a
-    joint = table.joint[kept]
-    slip = np.where(np.isnan(table.first_tangential), 0.0, at.tangential - table.first_tangential)
-    return ContactForces(
-        block_a=c.block_a[kept],
-        block_b=c.block_b[kept],
-        point=point,
-        normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
-        length=c.length[kept],
-        normal_force=-at.pressure[kept],
-        shear_force=at.shear[kept],
-        opening=at.gap[kept],
-        slip=slip[kept],
-        status=status[kept].astype(np.int8),
-        utilisation=np.minimum(used, MAX_UTILISATION)[kept],
-        joint=joint,
-        water_pressure=water.pressure(point, joint),
     )

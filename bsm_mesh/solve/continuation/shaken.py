@@ -10,8 +10,6 @@ from math import floor
 import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, FloatArray
-from bsm_mesh.contact.forces import ContactSet
-from bsm_mesh.contact.history import commit
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.shaking import Shaking
@@ -28,6 +26,7 @@ from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.system import Contacts
 
 NAME = "shaking"
 
@@ -87,7 +86,7 @@ class ShakenContinuation(Continuation):
             self.shaken = self.shaken.without(springs + kinetic_energy(model, self.shaken.velocity))
         self._is_begun = True
 
-    def _set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:
+    def _set_residual_scale(self, contacts: Contacts, position: FloatArray) -> None:
         """Keep the unit of residuals: that of the equilibrium before the shaking."""
 
     def _shaken_step(self, memory: ShakingMemory) -> Motion | None:
@@ -123,7 +122,7 @@ class ShakenContinuation(Continuation):
         """Take over where a step of the shaking ended; return the final state where blocks have come down."""
         system, position, contacts = self.system, motion.residual.position, motion.contacts
         self.shaken, system.bolts = motion.memory, motion.system.bolts
-        history, _ = commit(contacts, motion.residual.at, position, system.outlines.size)
+        history, _ = system.commit(contacts, motion.residual.at, position)
         is_over = self.shaken.time >= self._shaking.length
         velocity = motion.settled_velocity / np.sqrt(GRAVITY)
         # What is without contact may land again: only a block that has flown its own size has come down.

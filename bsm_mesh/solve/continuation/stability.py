@@ -7,41 +7,35 @@ from collections.abc import Callable
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.forces import Evaluation
-from bsm_mesh.contact.tangents import elastic_tangent
 from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.system import Evaluation
 
 NEUTRAL = 1e-3  # over the block size: a negative eigenvalue nearer to zero counts as none
 SHIFT = 4.0  # over the block size: below all eigenvalues; a block balanced on a corner has about -1
 
 
 def falling_mode(step: StepEquations, position: FloatArray, at: Evaluation, tolerance: float) -> FloatArray | None:
-    """Return the movement (n, 3) by which blocks leave an equilibrium, of 1 m at most; None if they stay, or have none.
+    """Return the movement (n, axes) by which blocks leave an equilibrium, 1 m at most; None if they stay or have none.
 
     An equilibrium is stable where the elastic tangent K is positive definite. Where it is not, Lanczos's method on the
     shifted inverse gives the lowest mode of K x = w M x; a Rayleigh quotient is never below its w, so that no stable
     equilibrium is taken for unstable. The mode points where the forces at the start of the step led.
     """
-    system, size = step.system, step.system.outlines.size
+    system, size = step.system, step.system.size
     static = step.static_problem_at(position, NEUTRAL / size, is_symmetric=True)
     max_norm, _ = static.residual_norms(static.residual(position, at.forces), system.weight(at))
     if system.mean_weight == 0 or max_norm >= tolerance:
         return None
-    if step.factors.is_positive_definite(static.complete(_stiffest(static, at), position)):
+    if step.factors.is_positive_definite(static.complete(static.elastic_tangent(at), position)):
         return None
     shifted = step.static_problem_at(position, SHIFT / size, is_symmetric=True)
-    if not shifted.factorize(_stiffest(shifted, at), position):
+    if not shifted.factorize(shifted.elastic_tangent(at), position):
         return None
     lowest, mode = _lowest_mode(shifted)
     if mode is None or lowest >= -NEUTRAL / size:
         return None
     forces = step.residual(step.start, step.evaluate(step.start).forces)
     return mode / step.movement(mode) * (-1.0 if (forces * mode).sum() < 0 else 1.0)
-
-
-def _stiffest(static: StepEquations, at: Evaluation) -> FloatArray:
-    pattern = static.pattern
-    return elastic_tangent(static.contacts, at, pattern.place, len(pattern.column), static.system.outlines.size)
 
 
 def _lowest_mode(shifted: StepEquations) -> tuple[float, FloatArray | None]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.history import History
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.continuation.pace import Pace
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
+from bsm_mesh.solve.step.system import History
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -20,11 +20,11 @@ class CollapseMemory:
 
     Attributes
     ----------
-    last_supported : (n, 3) float64 [m, m, rad]
+    last_supported : (n, axes) float64 [m, rad]
         Position when it last had a contact or a support.
     detached, thrown : (n,) bool
         Without either after the last step; and not before.
-    rest : (n, 3) float64 [m, m, rad]
+    rest : (n, axes) float64 [m, rad]
         Position at the last equilibrium.
     sizes_moved : (n,) int64
         Whole sizes that it has moved by.
@@ -86,11 +86,11 @@ class LoopState:
     ----------
     number : int
         Steps so far.
-    position : (n, 3) float64 [m, m, rad]
+    position : (n, axes) float64 [m, rad]
         The accepted position.
     history : History
         Of the contacts there.
-    velocity : (n, 3) float64 or None
+    velocity : (n, axes) float64 or None
         As in `Iterate`.
     quiet : bool
         Whether the last step ended in equilibrium: the next confirms it.
@@ -134,15 +134,15 @@ class ContinuationState:
 
     Attributes
     ----------
-    moved : (n, 3) float64 [m, m, rad]
+    moved : (n, axes) float64 [m, rad]
         Displacement of every block where the loop began.
     history : History
         Contact history there; none while a loop goes on, which has its own.
     bolts : BoltMemory
         Of the bolts there.
-    origin : (n, 3) float64 [m, m, rad]
+    origin : (n, axes) float64 [m, rad]
         Where the movement of the stage counts from.
-    velocity : (n, 3) float64 or None
+    velocity : (n, axes) float64 or None
         Of blocks that go on after a fall.
     intact : bool
         Whether nothing was solved yet.

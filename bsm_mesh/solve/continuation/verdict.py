@@ -9,13 +9,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.forces import ContactSet
-from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.errors import place
+from bsm_mesh.movements import distances
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.continuation.state import CollapseMemory
 from bsm_mesh.solve.stages.falls import Falls
-from bsm_mesh.solve.step.block_system import BlockSystem
+from bsm_mesh.solve.step.system import Contacts, System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +31,7 @@ class CollapseSettings:
     moves : float
         Part of the largest movement since the last equilibrium; blocks that moved farther are named unstable.
     inside : float
-        Part of its area with which a block lies inside others when its contacts are no longer found.
+        Part of its area (in space: volume) with which a block lies inside others when its contacts are no longer found.
     """
 
     free_move: float = 0.1
@@ -71,9 +70,9 @@ class CollapseCriterion:
 
     Parameters
     ----------
-    system : BlockSystem
+    system : System
         The blocks.
-    position : (n, 3) float64 [m, m, rad]
+    position : (n, axes) float64 [m, rad]
         Where movement counts from.
     limit : float or None [m]
         A block with a larger displacement is unstable. None: the model's extent, and what runs on is not followed.
@@ -81,18 +80,17 @@ class CollapseCriterion:
         Which blocks are too small to count.
     """
 
-    def __init__(self, system: BlockSystem, position: FloatArray, limit: float | None, falls: Falls) -> None:
+    def __init__(self, system: System, position: FloatArray, limit: float | None, falls: Falls) -> None:
         self.system, self.begin, self._followed = system, position, limit is not None
-        self.limit = limit or float(np.ptp(system.model.blocks.vertices, axis=0).max())
+        self.limit = limit or system.model.blocks.span
         self.last_supported = position  # position of each block when it last had a contact or a support
         self.detached = np.zeros(len(position), dtype=bool)  # blocks without either after the last step,
         self.thrown = self.detached  # and not before
         self.rest = position  # the last equilibrium
-        area = system.model.blocks.moments.area
-        free = ~system.prescribed_blocks
-        self.small = falls.small(system.model.blocks, free) & free
-        self.mean_size = float(np.sqrt(area[free].mean())) if free.any() else 0.0
-        self.own_size = np.sqrt(area)
+        blocks, free = system.model.blocks, ~system.prescribed_blocks
+        self.small = falls.small(blocks, free) & free
+        self.mean_size = blocks.moments.mean_size(free) if free.any() else 0.0
+        self.own_size = blocks.moments.size
         self.size = np.maximum(self.own_size, self.mean_size)  # small ones by the mean
         self.sizes_moved = np.zeros(len(position), dtype=int)
         self.speed = np.zeros(len(position))  # of every block when it had last moved by a whole number of sizes
@@ -117,7 +115,7 @@ class CollapseCriterion:
 
     def check(
         self,
-        contacts: ContactSet,
+        contacts: Contacts,
         contacted: BoolArray,
         position: FloatArray,
         velocity: FloatArray | None = None,
@@ -129,8 +127,7 @@ class CollapseCriterion:
         """
         system, supported = self.system, self._supported(contacts, contacted, position)
         self.last_supported = np.where(supported[:, None], position, self.last_supported)
-        moved = np.hypot(*(position - self.begin)[:, :2].T)
-        fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
+        moved, fallen = distances(position - self.begin), distances(position - self.last_supported)
         loose = ~supported & self.detached & (np.abs(system.loads).max(axis=1) > 0)
         chips = self.small & ((loose & (fallen > flight * self.own_size)) | (moved > self.mean_size))
         free = loose & ~self.small & (fallen > flight * self.size)
@@ -168,7 +165,7 @@ class CollapseCriterion:
 
     def _runs_on(self, moved: FloatArray, velocity: FloatArray | None) -> BoolArray:
         """Return which blocks have moved several sizes (n,) [m] and are no slower than a size before, (n,)."""
-        speed = np.zeros(len(moved)) if velocity is None else np.hypot(*velocity[:, :2].T)
+        speed = np.zeros(len(moved)) if velocity is None else distances(velocity)
         sizes = (moved / self.size).astype(int)
         passed = sizes > self.sizes_moved
         runs: BoolArray = passed & (sizes >= SETTINGS.runs) & (self.speed > 0) & (speed >= self.speed)
@@ -177,21 +174,18 @@ class CollapseCriterion:
 
     def _sunk(self, free: IntArray, position: FloatArray) -> str:
         """Return which of the blocks (k,) that seem free lies inside others, in words; nothing where none does."""
-        from bsm_mesh.results.shared_area import shares_inside
-
-        outlines = self.system.outlines
-        placed = outlines.placed(position)
-        shares = shares_inside(corner_positions(outlines, placed), self.system.model.blocks.offsets, free)
+        shares = self.system.shares_inside(position, free)
         worst = int(shares.argmax())
         if shares[worst] < SETTINGS.inside:
             return ""
+        where, bulk = place(self.system.placed(position)[free[worst]]), self.system.model.blocks.bulk_name
         return (
-            f"the block that is now at {place(placed[free[worst], :2])} has sunk into its neighbours by "
-            f"{shares[worst]:.2g} of its area, deeper than contacts are followed, and seems free: not an answer; "
+            f"the block that is now at {where} has sunk into its neighbours by "
+            f"{shares[worst]:.2g} of its {bulk}, deeper than contacts are followed, and seems free: not an answer; "
             "the joints are too soft for the forces: look at stiffness, loads and units"
         )
 
-    def _supported(self, contacts: ContactSet, contacted: BoolArray, position: FloatArray) -> BoolArray:
+    def _supported(self, contacts: Contacts, contacted: BoolArray, position: FloatArray) -> BoolArray:
         """Return which blocks are connected to a support by closed contacts and bolts, (n,)."""
         c, n, bolts = contacts.candidates, self.system.model.blocks.count, self.system.bolts
         near, far = holding_pairs(bolts, bolts.evaluate(position))

@@ -30,14 +30,13 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.force_kernels import fill_tangent
 from bsm_mesh.contact.forces import ContactSet, Evaluation
-from bsm_mesh.contact.history import commit
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.continuation.state import CycleMemory
 from bsm_mesh.solve.motion.motion import Motion
-from bsm_mesh.solve.step.equations import StepEquations, moved_by
+from bsm_mesh.solve.step.equations import StepEquations
 
 OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix: see above
 HOLDS = 3  # cycles in a row in which a contact has to bear before it holds a block
@@ -64,7 +63,7 @@ class WangIteration(Continuation):
                 return self._end(Status.NOT_CONVERGED, "the stiffness matrix is singular", contacts, position)
             position = moved
             reset = self.system.evaluate(contacts, position)  # (7)
-            history, failures = commit(contacts, reset, position, self.system.outlines.size)  # (8)
+            history, failures = self.system.commit(contacts, reset, position)  # (8)
             self.system.bolts = self.system.bolts.commit(self.system.bolts.evaluate(position))
             slid = contacts.candidates.key[reset.closed & ~reset.sticking]
             ended = contacts
@@ -110,7 +109,7 @@ class WangIteration(Continuation):
             return None
         movement = step.solve(forces)  # (5), Eq. 4.10
         size = step.movement(movement)
-        return moved_by(step.start, min(1.0, self.system.d / size) * movement if size > 0 else movement)  # (6)
+        return step.moved_by(step.start, min(1.0, self.system.d / size) * movement if size > 0 else movement)  # (6)
 
     def _elastic_stiffness(
         self, pattern: BlockPattern, contacts: ContactSet, at: Evaluation, closed: BoolArray, cycle: CycleMemory

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
+from bsm_mesh.movements import angles, distances, lengths
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,7 +32,7 @@ class Measure:
     @classmethod
     def of(cls, loads: FloatArray, radius: FloatArray, free: BoolArray) -> Measure:
         """Return the measure of loads (n, 3) on blocks with radii of gyration (n,), of which some may move (n,)."""
-        size = np.hypot(np.hypot(*loads[:, :2].T), loads[:, 2] / radius)
+        size = lengths(np.column_stack([distances(loads), angles(loads) / radius]))
         loaded = free & (size > 0)
         mean = float(size[loaded].mean()) if loaded.any() else float(size.mean()) or 1.0
         return cls(mean, np.where(loaded, np.maximum(size, ROUNDING * mean), np.inf))

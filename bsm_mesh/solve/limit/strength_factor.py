@@ -135,7 +135,7 @@ def strength_limit(
     program, failed, m = search.program, search.failed, search.program.contacts.count
     forces = np.zeros(program.unknowns) if search.held is None else search.held.forces
     limited = failed is not None and search.factor < math.inf
-    still = np.zeros((part.model.blocks.count, 3))
+    still = np.zeros((part.model.blocks.count, part.model.blocks.axes))
     return StrengthLimit(
         stage=name,
         present=part.present,

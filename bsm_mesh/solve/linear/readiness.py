@@ -60,7 +60,7 @@ def make_ready(model: Model, options: Options) -> Ready:
         not there; a flow that is none; in the linear scheme parts that are free to move. The other schemes follow
         these: they are noted.
     """
-    faults = [*start_faults(model), *_solver_faults(options), *_shaking_faults(model, options)]
+    faults = [*start_faults(model), *solver_faults(options), *_shaking_faults(model, options)]
     try:
         flow = None if model.flow is None else FlowCoupling(model)
         model = model if flow is None else model.replace(face_water=flow.first.water)
@@ -91,7 +91,7 @@ def _shaking_faults(model: Model, options: Options) -> list[str]:
     return [f"stage '{names[0]}' is shaken, which scheme = '{options.scheme}' cannot do; take 'continuation'"]
 
 
-def _solver_faults(options: Options) -> tuple[str, ...]:
+def solver_faults(options: Options) -> tuple[str, ...]:
     """Return why a linear solver cannot be had; nothing where it can."""
     try:
         none = np.zeros(0, dtype=np.int32)

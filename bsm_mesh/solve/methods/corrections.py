@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.algebra.mixed_precision import WORTH_REPEATING
-from bsm_mesh.solve.step.equations import Residual, StepEquations, moved_by
+from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 ROUNDING = np.finfo(float).eps  # a residual of exactly zero would leave blocks without stiffness in a singular matrix
 
@@ -34,7 +34,7 @@ SETTINGS = CorrectionSettings()
 
 
 def newton_correction(step: StepEquations, here: Residual, regularization: float) -> FloatArray | None:
-    """Return the movement (n, 3) that the tangent gives under a residual; None where it is singular.
+    """Return the movement (n, axes) that the tangent gives under a residual; None where it is singular.
 
     Open and slipping contacts keep a part `regularization` of their stiffness in it.
     """
@@ -51,7 +51,7 @@ def chord_method(step: StepEquations, position: FloatArray, tolerance: float) ->
     """
     here, reduces = step.residual_at(position), True
     while reduces and here.max_norm >= tolerance:
-        there = step.residual_at(moved_by(here.position, step.solve(here.forces)))
+        there = step.residual_at(step.moved_by(here.position, step.solve(here.forces)))
         if not (there.max_norm <= here.max_norm and there.l2_norm <= here.l2_norm):
             break
         reduces = there.max_norm < WORTH_REPEATING * here.max_norm or there.l2_norm < WORTH_REPEATING * here.l2_norm
@@ -73,7 +73,7 @@ def line_search(step: StepEquations, here: Residual, correction: FloatArray) -> 
     part = min(1.0, step.max_movement / size) if size > 0 else 1.0
     tried = []
     for _ in range(SETTINGS.max_halvings + 1):
-        there = step.residual_at(moved_by(here.position, part * correction), here.weight)
+        there = step.residual_at(step.moved_by(here.position, part * correction), here.weight)
         tried.append(there)
         if there.l2_norm < here.l2_norm:
             return there

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from bsm_mesh.solve.methods.corrections import chord_method
 from bsm_mesh.solve.methods.newton import SETTINGS as NEWTON
-from bsm_mesh.solve.methods.newton import newton, with_contacts_at
+from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
@@ -68,7 +68,7 @@ class NearbyEquilibrium:
             attempt = replace(attempt, equations=step)
             if not attempt.may_end or update == NEWTON.max_updates or not step.within_search_range(position):
                 break
-            step = with_contacts_at(attempt.equations, position)
+            step = attempt.equations.with_contacts_at(position)
             left = step.residual_at(position).max_norm
             if left < goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.history import commit, restore_history
 from bsm_mesh.solve.methods.corrections import line_search, newton_correction, tangent_regularization
 from bsm_mesh.solve.methods.subdomain_newton import subdomain_correction
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, Attempt, Goal, Iterate, Outcome
-from bsm_mesh.solve.step.equations import StepEquations, moved_by, step_between
+from bsm_mesh.solve.step.equations import StepEquations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,17 +82,9 @@ def _part_of_the_way(attempt: Attempt) -> tuple[StepEquations, FloatArray]:
     step = attempt.equations
     begin = step.regularization_reference
     part = (1 - 1e-9) * step.max_movement / step.movement(attempt.position - begin)  # but for rounding
-    position = moved_by(begin, part * step_between(begin, attempt.position))
-    return with_contacts_at(step, position), position
-
-
-def with_contacts_at(step: StepEquations, position: FloatArray) -> StepEquations:
-    """Return the step with its contacts searched at a position, before anything is committed."""
-    system, at = step.system, step.evaluate(position)
-    size = system.outlines.size
-    history, _ = commit(step.contacts, at, position, size)
-    contacts = system.gather(history, position, first=False)
-    return step.updated(restore_history(contacts, step.contacts, at, size), position)
+    way = step.system.movement_between(begin, attempt.position)
+    position = step.moved_by(begin, part * way)
+    return step.with_contacts_at(position), position
 
 
 def newton(
@@ -112,7 +103,7 @@ def newton(
     ----------
     step : StepEquations
         The equations.
-    position : (n, 3) float64
+    position : (n, axes) float64
         Initial position.
     tolerance : float
         Maximum norm of the residual, over the mean weight.

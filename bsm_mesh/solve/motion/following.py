@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.cycles import Cycles
 from bsm_mesh.solve.motion.masses import MotionSettings
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
@@ -57,7 +57,7 @@ class FollowMotion:
         """Return where blocks have moved to, with their velocity."""
         begins = at.moving_steps < SETTINGS.beginning_steps
         settings = SETTINGS.beginning if begins else SETTINGS.going_on
-        motion = ExplicitMotion(equations, settings, velocity=at.velocity)
+        motion: Cycles = equations.system.in_motion(equations, settings, velocity=at.velocity)
         while motion.cycles < SETTINGS.longest * motion.fall_cycles:
             motion.advance()
             if motion.diverged:

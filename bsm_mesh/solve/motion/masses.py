@@ -10,8 +10,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.algebra.constraints import Constraints
 from bsm_mesh.solve.motion.contact_columns import SingleArray, stiffness_sums
-from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.system import System
 
 # Contacts: both blocks (k,), columns (k,) by the names of `CONTACT` and `CLOSURE`.
 Weighed = tuple[IntArray, IntArray, Mapping[str, SingleArray]]
@@ -77,56 +77,49 @@ class Masses:
         The equations.
     settings : MotionSettings
         How blocks are moved.
-    weighed : tuple of arrays
-        The contacts, as `update` takes them.
-    velocity : (n, 3) float64 [sqrt(m), sqrt(m), rad / sqrt(m)]
+    sums : (n, axes) float64
+        Of the springs at every block, as `update` takes them.
+    velocity : (n, axes) float64 [sqrt(m), rad / sqrt(m)]
         Where it begins.
 
     Attributes
     ----------
-    mass : (n, 3) float64 [N/m2, N/m2, N]
+    mass : (n, axes) float64 [N/m2, N]
         The masses.
     inverse_rate : float [1/m]
         Masses over weights: the square of the cycles in which a block falls freely by half a metre.
     """
 
-    def __init__(self, step: StepEquations, settings: MotionSettings, weighed: Weighed, velocity: FloatArray) -> None:
+    def __init__(self, step: StepEquations, settings: MotionSettings, sums: FloatArray, velocity: FloatArray) -> None:
         self._system, self._settings = step.system, settings
-        least = self._least(weighed)
+        least = settings.heavier * sums
         self.inverse_rate = self._time_scale(step, least, velocity)
         # Masses of blocks that touch nothing, and may not weigh anything.
         typical = least.min(axis=0, where=least > 0, initial=np.inf)
         self._floor = np.where(least > 0, least, np.where(np.isfinite(typical), typical, 1.0))
-        self.update(weighed)
+        self.update(sums)
 
-    def update(self, weighed: Weighed) -> None:
-        """Set the masses for the contacts there are: blocks a, b (k,) and columns (k,)."""
-        least, settings = self._least(weighed), self._settings
+    def update(self, sums: FloatArray) -> None:
+        """Set the masses for the stiffness sums (n, axes) that there are: along each axis, moments by rotations."""
+        self._sums, settings = sums, self._settings
+        least = settings.heavier * sums
         real = self.inverse_rate * self._system.mass if settings.real_masses else self._floor
         self.mass = np.maximum(np.where(real > 0, real, self._floor), least)
 
-    def dashpots(self, weighed: Weighed) -> SingleArray:
+    def dashpots(self, a: IntArray, b: IntArray, normal_stiffness: SingleArray | FloatArray) -> SingleArray:
         """Return the dashpots of contacts (k,): the critical ones, or the most with which no wave grows; or none."""
-        (a, b, columns), settings = weighed, self._settings
+        settings = self._settings
         if not settings.damps_impacts:
             return np.zeros(len(a), np.float32)
         with np.errstate(divide="ignore"):
             slack = ((self.mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
             inverse = 1 / self.mass[:, 0]
         slack[self._system.prescribed_blocks], inverse[self._system.prescribed_blocks] = np.inf, 0.0
-        stiffness = columns["normal_stiffness"].astype(float)
+        stiffness = normal_stiffness.astype(float)
         critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
         stable = stiffness * np.minimum(slack[a], slack[b])
         dashpots: SingleArray = np.minimum(critical, stable).astype(np.float32)
         return dashpots
-
-    def _least(self, weighed: Weighed) -> FloatArray:
-        """Return the masses (n, 3) with which every block is stable, and keep the sums that they come from."""
-        a, b, columns = weighed
-        self._sums = stiffness_sums(a, b, *(columns[name] for name in WEIGHED), len(self._system.mass))
-        self._sums += bolt_sums(self._system, self._settings.heavier_bolts)
-        least: FloatArray = self._settings.heavier * self._sums
-        return least
 
     def _time_scale(self, step: StepEquations, least: FloatArray, velocity: FloatArray) -> float:
         """Return masses over weights [1/m]: nine of ten blocks are stable, and none crosses a step length in a jump."""
@@ -139,7 +132,15 @@ class Masses:
         return rate
 
 
-def bolt_sums(system: BlockSystem, heavier: float) -> FloatArray:
+def spring_sums(system: System, weighed: Weighed, heavier: float) -> FloatArray:
+    """Return the stiffness sums (n, 3) of contacts, as `stiffness_sums`, and of bolts, as `bolt_sums`."""
+    a, b, columns = weighed
+    sums: FloatArray = stiffness_sums(a, b, *(columns[name] for name in WEIGHED), len(system.mass))
+    sums += bolt_sums(system, heavier)
+    return sums
+
+
+def bolt_sums(system: System, heavier: float) -> FloatArray:
     """Return what bolts and dowels add to `stiffness_sums`, (n, 3), their stiffness times `heavier`."""
     bolts, sums = system.bolts, np.zeros_like(system.mass)
     if not len(bolts.alive):
@@ -157,10 +158,10 @@ def bolt_sums(system: BlockSystem, heavier: float) -> FloatArray:
 
 
 def projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
-    """Return the projectors (k, 3, 3) of supported blocks onto their free axes, orthogonal over masses (n, 3)."""
-    projector = np.zeros((len(supports.block), 3, 3))
-    moves = np.flatnonzero(supports.constrained < 3)  # of the others it is zero
-    own, held = mass[supports.block[moves]], np.arange(3) < supports.constrained[moves, None]
+    """Return the projectors (k, axes, axes) of supported blocks onto their free axes, orthogonal over masses."""
+    projector, axes = np.zeros_like(supports.basis), mass.shape[1]
+    moves = np.flatnonzero(supports.constrained < axes)  # of the others it is zero
+    own, held = mass[supports.block[moves]], np.arange(axes) < supports.constrained[moves, None]
     free = np.where(held, 0.0, 1.0)[:, None, :] * supports.basis[moves]
     inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)
     projector[moves] = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)

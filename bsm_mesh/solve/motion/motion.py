@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.forces import ContactSet, Evaluation
-from bsm_mesh.contact.history import History
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.algebra.constraints import Constraints
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.step.system import Contacts, Evaluation, History
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -19,7 +18,7 @@ class Start:
 
     Attributes
     ----------
-    position : (n, 3) float64 [m, m, rad]
+    position : (n, axes) float64 [m, rad]
         Where blocks are.
     history : History
         Of the contacts.
@@ -27,9 +26,9 @@ class Start:
         Whether all contacts are intact.
     bolts : InstalledBolts
         The bolts.
-    origin : (n, 3) float64 or None
+    origin : (n, axes) float64 or None
         Where their movement counts from; None: `position`.
-    velocity : (n, 3) float64 or None
+    velocity : (n, axes) float64 or None
         Of blocks that are followed, as in `Iterate`; None: at rest.
     """
 
@@ -48,7 +47,7 @@ class Motion:
     status: Status
     reason: str
     position: FloatArray
-    contacts: ContactSet
+    contacts: Contacts
     at: Evaluation
     bolts: InstalledBolts
     bolts_at: BoltEvaluation

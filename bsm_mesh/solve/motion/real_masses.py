@@ -9,7 +9,7 @@ from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.contact_columns import SingleArray
 from bsm_mesh.solve.motion.energy import real_masses
-from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed
+from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, spring_sums
 from bsm_mesh.solve.step.equations import StepEquations
 
 
@@ -53,7 +53,8 @@ class RealMasses(Masses):
     def weigh(self, weighed: Weighed) -> None:
         """Reduce the stable time step to that of contacts: blocks a, b (k,) and columns (k,)."""
         free = ~self._system.prescribed_blocks
-        self._least_masses = self._least(weighed) / self._shaking.time_step**2
+        self._sums = spring_sums(self._system, weighed, self._settings.heavier_bolts)
+        self._least_masses = self._settings.heavier * self._sums / self._shaking.time_step**2
         needed = (self._least_masses / self._shaking.mass_scaling / self.real)[free].max(initial=0.0)
         d, window = self._system.d, self._settings.window
         # Without contacts: no block falls by more than a window in a time step.
@@ -102,7 +103,7 @@ class RealMasses(Masses):
         free = ~self._system.prescribed_blocks[:, None]
         self.mass = np.where(free, np.maximum(real, self._least_masses), real)
 
-    def update(self, weighed: Weighed) -> None:
+    def update(self, sums: FloatArray) -> None:
         """Do nothing: `weigh` and `set_time_step` are called instead."""
 
     @property

@@ -3,8 +3,8 @@
 Where thousands of contacts slip, Coulomb's coupling of pressure and friction leaves the equations of a whole step next
 to singular. Slip that happens little by little loses energy, and finds its end. So the residual at the start is brought
 on in a ramp, with masses as small as stability allows (Underwood 1983), damped by a part of the force against the
-velocity (Cundall 1987). The square root of n cycles is the unit of time in a model of n blocks, called a transit: ramp
-and period are counted in those.
+velocity (Cundall 1987). The unit of time, called a transit, is as many cycles as blocks lie across a model, the square
+root of their number (in space the cubic root): ramp and period are counted in those.
 
 What comes to rest loses its kinetic energy; what slides on keeps it. The residual says less: slipping contacts make a
 model soft, so that it halves more slowly than in an elastic one though every block comes to rest.
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.cycles import Cycles
 from bsm_mesh.solve.motion.masses import MotionSettings
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
@@ -26,7 +26,7 @@ LIGHTEST = MotionSettings(damps_impacts=False, real_masses=False)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RelaxationSettings:
-    """How loads are brought on, and what ends it. A transit is sqrt(n) cycles, for n blocks.
+    """How loads are brought on, and what ends it. A transit is `System.blocks_across` cycles.
 
     Attributes
     ----------
@@ -108,8 +108,9 @@ class RelaxToRest:
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return where blocks come to rest, all but few of them."""
-        transit = _shear_slowness(equations) * max(SETTINGS.min_transit, float(np.sqrt(len(equations.start))))
-        motion = ExplicitMotion(_pressed(equations), SETTINGS.motion, ramp=int(SETTINGS.ramp * transit))
+        transit = _shear_slowness(equations) * max(SETTINGS.min_transit, equations.system.blocks_across)
+        ramp = int(SETTINGS.ramp * transit)
+        motion: Cycles = equations.system.in_motion(_pressed(equations), SETTINGS.motion, ramp=ramp)
         decay, levels = Decay(motion.loading_cycles, int(SETTINGS.period * transit)), list(SETTINGS.levels)
         while levels and motion.searches < SETTINGS.max_searches:
             motion.advance(max(SETTINGS.min_cycles, int(transit)))
@@ -150,13 +151,10 @@ def _shear_slowness(equations: StepEquations) -> float:
 
     Masses are those that the stiffer springs need.
     """
-    contacts = equations.contacts
-    near = contacts.within_tolerance
-    at = equations.evaluate(equations.start)
-    normal, shear = at.normal_stiffness[near].sum(), at.springs.stiffness[near].sum()
+    normal, shear = equations.system.stiffness_sums(equations.contacts, equations.evaluate(equations.start))
     return float(np.sqrt(max(1.0, (normal + shear) / (2 * normal)))) if normal > 0 else 1.0
 
 
-def _is_below(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
+def _is_below(motion: Cycles, rms: float, max_residual: float) -> bool:
     """Return whether all loads act and the residual is below either norm."""
     return motion.is_loaded and (motion.residual.rms < rms or motion.residual.max_norm < max_residual)

@@ -9,6 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.in_stage import model_in_stage, model_up_to, resting_stage
+from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, presence
@@ -26,6 +27,7 @@ def as_built(model: Model) -> SubModel:
     ModelError
         If statics alone cannot tell what acts there: part of the excavation forces is held, bolts are cut.
     """
+    refuse_space(model.blocks, "limit analysis")
     if model.stages and model.stages[-1].relaxation[-1] < 1:
         raise ModelError(
             f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot tell; "
@@ -42,7 +44,7 @@ def as_built(model: Model) -> SubModel:
     for number, stage in enumerate(model.stages):
         stays, leaves = here[number] & here[number + 1], here[number] & ~here[number + 1]
         if stage.pressure:
-            forces.append(pressure_on_new_faces(model, stays, leaves, stage.pressure))
+            forces.append(pressure_on_new_faces(model.blocks, stays, leaves, stage.pressure))
         forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
         water = water if stage.water is None else stage.water
     there = [None, *(stage.name for stage in model.stages)]

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
-import numpy as np
-
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import counted, numbered, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import SHARE
 from bsm_mesh.model.values import Rules
+from bsm_mesh.movements import distances, translations
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, Status
 
@@ -26,8 +25,8 @@ class Falls:
     Attributes
     ----------
     ignore_below : float
-        Smaller blocks, by their share of the mean area, are taken away when they come loose, and do not count for the
-        verdict: slivers of a mesh, chips. 0: every block counts.
+        Smaller blocks, by their share of the mean area (in space: volume), are taken away when they come loose, and do
+        not count for the verdict: slivers of a mesh, chips. 0: every block counts.
     on_fall : {"stop", "remove"}
         ``"stop"``: the stage is unstable, and the run ends. ``"remove"``: whatever comes down is listed and taken away,
         as a roof is scaled, and the others go on: the stage is stable after falls where they come to rest.
@@ -50,9 +49,9 @@ class Falls:
 
     def small(self, blocks: Blocks, counted_blocks: BoolArray) -> BoolArray:
         """Return which blocks (n,) are too small to count; the mean is that of the blocks (n,) that may move."""
-        area = blocks.moments.area
-        mean = float(area[counted_blocks].mean()) if counted_blocks.any() else 0.0
-        small: BoolArray = area < self.ignore_below * mean
+        bulk = blocks.moments.bulk
+        mean = float(bulk[counted_blocks].mean()) if counted_blocks.any() else 0.0
+        small: BoolArray = bulk < self.ignore_below * mean
         return small
 
     def takes_away(self, small: BoolArray) -> bool:
@@ -68,16 +67,16 @@ def falls_of(
     `small` (k,) are those that are too small to count, `moved` (n, 3) is the displacement since blocks were given.
     """
     origin = model.blocks.moments.centroid
-    place = origin + moved[:, :2]
-    area = model.blocks.moments.area
-    weight = area * model.unit_weights
+    place, went = origin + translations(moved), distances(stage.stage_displacement)
+    bulk = model.blocks.moments.bulk
+    weight = bulk * model.unit_weights
     return tuple(
         Fall(
             block=int(b),
-            origin=(float(origin[b, 0]), float(origin[b, 1])),
-            place=(float(place[b, 0]), float(place[b, 1])),
-            moved=float(np.hypot(*stage.stage_displacement[b, :2])),
-            area=float(area[b]),
+            origin=tuple(origin[b].tolist()),
+            place=tuple(place[b].tolist()),
+            moved=float(went[b]),
+            area=float(bulk[b]),
             weight=float(weight[b]),
             step=stage.steps[-1].step,
             reason=stage.reason,
@@ -87,8 +86,8 @@ def falls_of(
     )
 
 
-def after_falls(stage: StageResult, falls: tuple[Fall, ...]) -> StageResult:
-    """Return a stage with what was taken away in it, named, and its verdict."""
+def after_falls(stage: StageResult, falls: tuple[Fall, ...], unit: str) -> StageResult:
+    """Return a stage with what was taken away in it, named, and its verdict; `unit` is that of the blocks' bulk."""
     ignored = [fall for fall in falls if fall.ignored]
     others = [fall for fall in falls if not fall.ignored]
     status = Status.STABLE_AFTER_FALLS if stage.status is Status.STABLE and others else stage.status
@@ -97,7 +96,7 @@ def after_falls(stage: StageResult, falls: tuple[Fall, ...]) -> StageResult:
         notes = (
             *notes,
             f"taken away when loose, too small to count: {counted(len(ignored), 'block')} of "
-            f"{sum(fall.area for fall in ignored):.3g} m2 in all (falls.ignore_below): "
+            f"{sum(fall.bulk for fall in ignored):.3g} {unit} in all (falls.ignore_below): "
             f"{numbered('block', (fall.block for fall in ignored))}",
         )
     return replace(stage, status=status, notes=notes, falls=falls)

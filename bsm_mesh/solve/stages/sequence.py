@@ -108,7 +108,7 @@ def _first_state(
         bar_forces=np.zeros(len(bars.block)),
         forces=[point_forces_of(model.acting_loads, model.blocks)],
         water=model.water,
-        origin=np.zeros((model.blocks.count, 3)),
+        origin=np.zeros_like(scheme.moved),
         flow=None if flow is None else flow.first,
     )
     if model.in_situ is not None and model.in_situ.method == "direct":
@@ -139,7 +139,7 @@ def _begin(
     state.unreleased_forces.append((forces_on_new_faces(scheme, contacts, stays, leaves), 0.0))
     scheme.remove_and_place_blocks(stays, now & ~state.present)
     if stage.pressure:
-        state.forces.append(pressure_on_new_faces(model, stays, leaves, stage.pressure))
+        state.forces.append(pressure_on_new_faces(model.blocks, stays, leaves, stage.pressure))
     state.forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
     state.water = state.water if stage.water is None else stage.water
     state.origin[~stays] = 0.0

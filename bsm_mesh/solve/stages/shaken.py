@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from bsm_mesh.errors import counted
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.model import Model
+from bsm_mesh.movements import distances
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.shaking import ShakingResult
 
@@ -42,7 +41,7 @@ def notes_on_shaking(model: Model, stage: StageResult) -> Iterator[str]:
 
 
 def _movement(stage: StageResult, found: ShakingResult) -> str:
-    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    moved = distances(stage.stage_displacement)
     return (
         f"permanent displacement up to {moved.max(initial=0.0):.3g} m; greatest velocity "
         f"{found.peak_velocity.max():.3g} m/s, at the end {found.end_velocity:.3g} m/s; {found.cycles} time steps, the "

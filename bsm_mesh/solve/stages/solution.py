@@ -17,6 +17,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
+from bsm_mesh.movements import distances
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.movement import displacement_of, moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
@@ -75,8 +76,8 @@ class StageState:
     bar_forces: FloatArray
     forces: list[PointForces]
     water: Water | None
+    origin: FloatArray
     unreleased_forces: list[tuple[PointForces, float]] = field(default_factory=list)  # on new surfaces; part released
-    origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     fallen: list[int] = field(default_factory=list)
     flow: FlowState | None = None
 
@@ -192,7 +193,7 @@ class StageSolution:
         stage = replace(stage, notes=(*stage.notes, *found))
         if stage.status is Status.UNSTABLE:
             stage = replace(stage, proof=self._proof(stage.unstable_blocks))
-        return after_falls(stage, tuple(self._fallen))
+        return after_falls(stage, tuple(self._fallen), run.model.blocks.bulk_unit)
 
     def _ended(self, part: SubModel, outcome: Outcome) -> StageResult | None:
         """Return where blocks ended under the forces that act now; None where they are to be solved for again.
@@ -280,8 +281,8 @@ class StageSolution:
             return Proof(text="no proof was sought: limit analysis is of blocks at rest, and these were shaken")
         if bolts and self._number:
             return Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
-        moved = float(np.hypot(*self._began_at[state.present, :2].T).max(initial=0.0))
-        if moved > CONTACT_TOLERANCE * float(np.sqrt(np.median(run.model.blocks.moments.area))):
+        moved = float(distances(self._began_at[state.present]).max(initial=0.0))
+        if moved > CONTACT_TOLERANCE * run.model.blocks.moments.median_size:
             return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
         part = self._submodel()
         there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
@@ -307,12 +308,14 @@ class StageSolution:
         """Return a part's result in the numbers of the whole, with the displacements (n, 3) since the start."""
         state, blocks = self._state, self._run.model.blocks
         displacement = (moved - state.origin) * state.present[:, None]
-        rock = displacement_of(blocks, displacement, stage.bolts.block, stage.bolts.original)
+        bolts = stage.bolts
+        if bolts.count:
+            bolts = replace(bolts, displacement=displacement_of(blocks, displacement, bolts.block, bolts.original))
         return replace(
             _in_whole(stage, part),
             name=self._name,
             displacement=displacement,
-            bolts=replace(stage.bolts, displacement=rock),
+            bolts=bolts,
             stage_displacement=(moved - self._before) * state.present[:, None],
             origin=state.origin.copy(),
             start_residual=stage.start_residual if self._start_residual is None else self._start_residual,
@@ -324,7 +327,7 @@ class StageSolution:
 def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
     """Report blocks at rest far from their place at the stage's start, large blocks and those too small to count."""
     far = moved_far(blocks, stage)
-    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    moved = distances(stage.stage_displacement)
     large, small = far[stage.counts[far]], far[~stage.counts[far]]
     notes = []
     if large.size:

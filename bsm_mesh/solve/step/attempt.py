@@ -7,8 +7,8 @@ from enum import StrEnum
 from typing import Protocol
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.system import Contacts, Evaluation
 
 # Rms residual over the mean weight with which a step may end ACCEPTABLE though few blocks exceed the goal: later steps
 # take it up.
@@ -51,7 +51,7 @@ class Iterate:
     ----------
     residual : float
         Maximum norm of the static residual, over the reference weight.
-    velocity : (n, 3) float64 or None [sqrt(m), sqrt(m), rad / sqrt(m)]
+    velocity : (n, axes) float64 or None [sqrt(m), rad / sqrt(m)]
         Of blocks that are followed: its square is twice the height of a free fall to it. None: at rest.
     moving_steps : int
         Steps of explicit motion since blocks were last in equilibrium.
@@ -70,11 +70,11 @@ class Attempt:
     ----------
     equations : StepEquations
         With the contacts as the method left them.
-    position : (n, 3) float64 [m, m, rad]
+    position : (n, axes) float64 [m, rad]
         Where it ended.
     outcome : Outcome
         How.
-    velocity : (n, 3) float64 or None
+    velocity : (n, axes) float64 or None
         As in `Iterate`, after explicit motion.
     contacted : (m,) bool or None
         Which contacts were closed at any time of the step; None: those closed at its end.
@@ -92,7 +92,7 @@ class Attempt:
         return self.outcome in (Outcome.SOLVED, Outcome.ACCEPTABLE)
 
     @property
-    def contacts(self) -> ContactSet:
+    def contacts(self) -> Contacts:
         """The contacts at its end."""
         return self.equations.contacts
 

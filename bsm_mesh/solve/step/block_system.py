@@ -1,36 +1,33 @@
-"""The block system of a run: loads, supports, bolts and contacts at a position, masses and scales."""
+"""The block system of polygons in the plane: loads, supports and contacts at a position."""
 
 from __future__ import annotations
 
-from copy import copy
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.contact_set import gather_contacts
-from bsm_mesh.contact.forces import ContactSet, Evaluation, evaluate, turned
-from bsm_mesh.contact.history import History, worn
+from bsm_mesh.contact.force_kernels import max_relative_movement
+from bsm_mesh.contact.forces import ContactSet, Evaluation, evaluate, rows_by_law
+from bsm_mesh.contact.history import History, commit, restore_history, worn
 from bsm_mesh.contact.properties import JointCatalogue
-from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import Outlines, corner_positions
+from bsm_mesh.contact.tangents import elastic_tangent, first_tangent, tangent_stiffness
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
-from bsm_mesh.solve.algebra.constraints import Constraints, constrain_bars
-from bsm_mesh.solve.algebra.loads import external_loads, mean_force, reference_weight
+from bsm_mesh.movements import turned
+from bsm_mesh.solve.algebra.block_matrix import BlockPattern
+from bsm_mesh.solve.algebra.loads import external_loads, mean_force
 from bsm_mesh.solve.bolts.installed import InstalledBolts
-
-STEP = 0.05  # step length d over the block size: turns within it are small, and the rules of contacts hold
-BAND = 3.0  # of the contact search, over the step length: corners nearer to an edge are candidates
-PRESCRIBED_STEP = 0.5  # largest prescribed movement in a step, over the step length: less than blocks fall in one
+from bsm_mesh.solve.step.system import BAND, System
 
 
-class BlockSystem:
-    """A model in large displacement: what is constant in a run, and forces as functions of the position.
-
-    A position (n, 3) [m, m, rad] is the displacement of every centroid and the rotation, from the given geometry. Its
-    rounding is that of displacements; rounding of coordinates on a national grid would exceed the tolerance.
+class BlockSystem(System):
+    """The polygons of a model in large displacement; a position (n, 3) is u, v and theta of every block.
 
     Parameters
     ----------
@@ -40,34 +37,13 @@ class BlockSystem:
         Its bolts; where not given the model's own, installed on the blocks as given.
     position : (n, 3) float64 [m, m, rad], optional
         Position of the blocks; that of the given geometry by default.
-
-    Attributes
-    ----------
-    start : (n, 3) float64 [m, m, rad]
-        Position of the given geometry: zero.
-    d : float [m]
-        Step length.
-    mass : (n, 3) float64 [N/m, N/m, N m]
-        M of the regularisation: weights, and weights times the polar radius of gyration squared.
-    scale : (n, 3) float64
-        Forces times `scale`, and movements over it, compare across axes: moments over radii of gyration.
-    prescribed_blocks : (n,) bool
-        Blocks with all axes constrained: only prescribed displacements move them.
-    bolts : InstalledBolts
-        The bolts in their last accepted state.
-    mean_weight : float [N/m]
-        Mean weight of a block, or mean load of a loaded one, if greater: the unit of residuals within a step.
-    moving_weight : float [N/m]
-        The same of the blocks that are not prescribed.
-    residual_scale : float
-        Reference weight of reported residuals over `mean_weight`: that of the moving blocks, more in rock under stress.
     """
 
+    evaluate_contacts = staticmethod(evaluate)
+
     def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
-        self.model = model
+        super().__init__(model, bolts)
         moments = model.blocks.moments
-        self.start = np.zeros((model.blocks.count, 3))
-        self.bolts = InstalledBolts.of(model, self.start) if bolts is None else bolts
         self.bars = bars_of(model.supports, model.blocks)
         self.bar_arm = self.bars.point - moments.centroid[self.bars.block]
         at_start = self.constraints_at(self.start, conflicts=True)
@@ -75,6 +51,7 @@ class BlockSystem:
         fixed = at_start.fixed
         fixed[np.unique(self.bars.block[self.bars.value != 0])] = False
         self.outlines = Outlines.of(model.blocks, fixed)
+        self.block_size, self.centroid = self.outlines.block_size, self.outlines.centroid
         self.catalogue = JointCatalogue(model)
         self.applied = point_forces_of(model.acting_loads, model.blocks)
         self.applied_arm = self.applied.point - moments.centroid[self.applied.block]
@@ -82,21 +59,17 @@ class BlockSystem:
         self.loads = external_loads(model)
         self.dead = self._dead_forces()
         pretension = self.bolts.evaluate(self.start if position is None else position).forces
-        self.mean_weight = reference_weight(model, self.loads, pretension)
-        # Beside a base of kilometres, which is fixed, no block would weigh anything: its weight is no part of it.
-        self.moving_weight = reference_weight(model, self.loads, pretension, among=~self.prescribed_blocks)
-        self.residual_scale = 1.0
-        weight = np.maximum(model.weights, 1e-3 * self.mean_weight)
-        self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
-        self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
-        self.d = STEP * self.outlines.size
-        self._answered: list[tuple[tuple[ContactSet, FloatArray], Evaluation]] = []
+        self._set_scales(self.outlines.size, pretension)
 
-    def copy(self) -> BlockSystem:
-        """Return the same system with bolts of its own."""
-        other = copy(self)
-        other._answered = []
-        return other
+    def _rotary(self, weight: FloatArray) -> FloatArray:
+        moments = self.model.blocks.moments
+        rotary: FloatArray = weight * moments.polar / moments.area
+        return rotary
+
+    @property
+    def blocks_across(self) -> float:
+        """Blocks along a side of a square model of as many."""
+        return float(np.sqrt(len(self.start)))
 
     def _dead_forces(self) -> FloatArray:
         """Return weights and the forces of loads, which keep their direction, (n, 2)."""
@@ -134,12 +107,6 @@ class BlockSystem:
         np.add.at(stiffness[:, 2, 2], self.applied.block, (arm * self.applied.force).sum(axis=1))
         return stiffness
 
-    def acting_at(self, position: FloatArray) -> FloatArray:
-        """Return weights, loads, water and bolt forces, (n, 3)."""
-        if not len(self.bolts.alive):
-            return self.loads_at(position)
-        return self.loads_at(position) + self.bolts.evaluate(position).forces
-
     def water_at(self, position: FloatArray) -> FloatArray:
         """Return force and moment of the water on every block at a position, (n, 3)."""
         placed = self.outlines.placed(position)
@@ -154,26 +121,24 @@ class BlockSystem:
         """Return the arms from centroids to supported points at a position, (n_bars, 2) [m]."""
         return turned(self.bar_arm, position[self.bars.block, 2])
 
-    def constraints_at(self, position: FloatArray, *, conflicts: bool = False) -> Constraints:
-        """Return the supports' constraints on small movements from a position."""
-        arm = self.bar_arms(position)
-        moved = position[self.bars.block]
+    def reached(self, position: FloatArray) -> FloatArray:
+        """Return how far bars are displaced along their directions, or rotated, at a position, (n_bars,) [m or rad]."""
+        arm, moved = self.bar_arms(position), position[self.bars.block]
         reached = ((moved[:, :2] + arm - self.bar_arm) * self.bars.direction).sum(axis=1)
-        reached = np.where(self.bars.holds_rotation, moved[:, 2], reached)
-        return constrain_bars(self.model, self.bars, arm, self.bars.value - reached, conflicts=conflicts)
+        found: FloatArray = np.where(self.bars.holds_rotation, moved[:, 2], reached)
+        return found
 
-    def prescribed_increment(self, supports: Constraints) -> FloatArray:
-        """Return the part of the prescribed displacements that is applied in one step.
+    def placed(self, position: FloatArray) -> FloatArray:
+        """Return where centroids are at a position, (n, 2) [m]."""
+        return self.outlines.placed(position)[:, :2]
 
-        It is less than the movement of a falling block in a step, so that blocks keep up with a sinking support.
-        """
-        size = float(np.abs(supports.prescribed / self.scale).max())
-        return supports.prescribed * min(1.0, PRESCRIBED_STEP * self.d / size) if size > 0 else supports.prescribed
+    def moved_by(self, position: FloatArray, movement: FloatArray) -> FloatArray:
+        """Return positions after a finite movement (n, 3) about instant centres: the exponential map of SE(2)."""
+        return moved_by(position, movement)
 
-    def prescription_complete(self, position: FloatArray) -> bool:
-        """Return whether the prescribed displacements are applied in full."""
-        left = self.constraints_at(position).prescribed / self.scale
-        return float(np.abs(left).max()) <= RULES.rounding * self.outlines.size
+    def movement_between(self, position: FloatArray, other: FloatArray) -> FloatArray:
+        """Return the finite movement (n, 3) about instant centres from one position to another."""
+        return step_between(position, other)
 
     def gather(self, history: History, position: FloatArray, *, first: bool, keeps_lengths: bool = False) -> ContactSet:
         """Return the contacts near a position with their history; the others as in `gather_contacts`."""
@@ -181,38 +146,105 @@ class BlockSystem:
         given = self.model, self.outlines, self.catalogue, history, position, BAND * self.d
         return gather_contacts(*given, first=first, keeps_lengths=keeps_lengths)
 
-    def evaluate(self, contacts: ContactSet, position: FloatArray) -> Evaluation:
-        """Return the contact forces at a position; the last two are kept, for one method passes its end to the next."""
-        for known, answer in self._answered:
-            if known[0] is contacts and known[1] is position:
-                return answer
-        del self._answered[1:]  # before the new one is made
-        found = evaluate(contacts, self.catalogue.laws, position)
-        self._answered.insert(0, ((contacts, position), found))
-        return found
+    def commit(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> tuple[History, int]:
+        """Return the history after an accepted step, and the number of contacts that failed in it."""
+        return commit(contacts, at, position, self.size)
 
-    def set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:
-        """Set `residual_scale` from the moving blocks' weight and the mean contact force at the start."""
-        if self.mean_weight > 0:
-            reference = max(self.moving_weight, _mean_contact_force(self.evaluate(contacts, position)))
-            self.residual_scale = reference / self.mean_weight
+    def searched_again(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> ContactSet:
+        """Return contacts searched at a position within a step: what slides still remembers where it began to."""
+        history, _ = commit(contacts, at, position, self.size)
+        return restore_history(self.gather(history, position, first=False), contacts, at, self.size)
 
-    def static_residual(self, contacts: ContactSet, position: FloatArray) -> float:
-        """Return the maximum norm of the static residual over the reference weight."""
-        at = self.evaluate(contacts, position)
-        residual = self.constraints_at(position).unconstrained(self.acting_at(position) + at.forces, self.scale)
-        return float(np.abs(residual).max()) / (self.residual_scale * self.weight(at))
+    def worn(self, contacts: ContactSet, at: Evaluation) -> ContactSet:
+        """Return contacts as slip in an accepted step has left them."""
+        return worn(contacts, at)
 
-    def wearing_residual(self, contacts: ContactSet, at: Evaluation, residual: float) -> float:
-        """Return the static residual once slip up to an evaluation has worn strength off, or `residual`."""
-        if not self.catalogue.wears or not (at.closed & ~at.sticking).any():
-            return residual
-        return max(residual, self.static_residual(worn(contacts, at), at.position))
+    def mean_contact_force(self, at: Evaluation) -> float:
+        """Return the mean force of the contacts that bear [N/m]."""
+        return mean_force(at.pressure[at.closed], at.shear[at.closed])
 
-    def weight(self, at: Evaluation) -> float:
-        """Return the unit of residuals within a step [N/m]: mean weight or load, else the mean contact force."""
-        return self.mean_weight or _mean_contact_force(at) or 1.0
+    def stiffness_sums(self, contacts: ContactSet, at: Evaluation) -> tuple[float, float]:
+        """Return the sums of normal and shear stiffness of the contacts within tolerance [N/m2]."""
+        near = contacts.within_tolerance
+        return float(at.normal_stiffness[near].sum()), float(at.springs.stiffness[near].sum())
+
+    def max_relative_movement(self, contacts: ContactSet, movement: FloatArray) -> float:
+        """Return the largest relative movement of neighbouring blocks [m]."""
+        blocks = contacts.candidates.block_a, contacts.candidates.block_b
+        largest: float = max_relative_movement(*blocks, movement, self.block_size)
+        return largest
+
+    def shares_inside(self, position: FloatArray, block: IntArray) -> FloatArray:
+        """Return which part of the area of each of some blocks (k,) lies inside others, (k,)."""
+        from bsm_mesh.results.shared_area import shares_inside
+
+        corners = corner_positions(self.outlines, self.outlines.placed(position))
+        return shares_inside(corners, self.model.blocks.offsets, block)
+
+    def tangent(
+        self, contacts: ContactSet, at: Evaluation, pattern: BlockPattern, regularization: float = 0.0
+    ) -> FloatArray:
+        """Return the 3 x 3 blocks of the contacts' tangent, as in `tangent_stiffness`."""
+        return tangent_stiffness(contacts, at, pattern.place, len(pattern.column), regularization)
+
+    def first_tangent(self, contacts: ContactSet, at: Evaluation, pattern: BlockPattern) -> FloatArray:
+        """Return the elastic tangent of a step from rest."""
+        return first_tangent(contacts, at, pattern.place, len(pattern.column))
+
+    def elastic_tangent(self, contacts: ContactSet, at: Evaluation, pattern: BlockPattern) -> FloatArray:
+        """Return the stiffest possible tangent."""
+        return elastic_tangent(contacts, at, pattern.place, len(pattern.column), self.size)
+
+    def some(self, contacts: ContactSet, rows: IntArray, block: IntArray) -> ContactSet:
+        """Return some of the contacts, their blocks renumbered (n,); an opposing candidate is among them."""
+        number = np.full(contacts.count, -1, np.int32)
+        number[rows] = np.arange(len(rows))
+        candidates = _rows_of(contacts.candidates, rows)
+        opposing_candidate = candidates.opposing_candidate
+        entering = number[contacts.entering]
+        parts = ("hyperbolic", "dilating", "growing")
+        plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "by_law")
+        others = {field.name for field in fields(contacts)}.difference(plain, parts)
+        return ContactSet(
+            outlines=contacts.outlines,
+            candidates=replace(
+                candidates,
+                block_a=block[candidates.block_a],
+                block_b=block[candidates.block_b],
+                opposing_candidate=np.where(opposing_candidate >= 0, number[opposing_candidate], -1),
+            ),
+            by_law=rows_by_law(contacts.law[rows]),
+            opposing=np.flatnonzero(opposing_candidate >= 0),
+            entering=entering[entering >= 0],
+            **{name: getattr(contacts, name).of(number) for name in parts},
+            entering_direction=contacts.entering_direction[entering >= 0],
+            **{name: getattr(contacts, name)[rows] for name in others},
+        )
 
 
-def _mean_contact_force(at: Evaluation) -> float:
-    return mean_force(at.pressure[at.closed], at.shear[at.closed])
+def _rows_of(table: Any, rows: IntArray) -> Any:
+    """Return a dataclass of arrays with some of their rows."""
+    return replace(table, **{field.name: getattr(table, field.name)[rows] for field in fields(table)})
+
+
+def moved_by(position: FloatArray, step: FloatArray) -> FloatArray:
+    """Return positions after a finite movement (n, 3) about instant centres: the exponential map of SE(2).
+
+    A block that rotates about a stiff corner keeps the corner in place. Plain addition would move the corner by the
+    square of the angle, and the line search would shorten every step to that.
+    """
+    u, v, turn = step.T
+    sinc = np.sinc(turn / np.pi)
+    versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))  # (1 - cos) / turn
+    moved: FloatArray = position + np.column_stack([sinc * u - versed * v, versed * u + sinc * v, turn])
+    return moved
+
+
+def step_between(position: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the finite movement (n, 3) about instant centres from one position to another: `moved_by` backwards."""
+    u, v, turn = (other - position).T
+    sinc = np.sinc(turn / np.pi)
+    versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))
+    square = sinc**2 + versed**2  # 0 at a full turn, which no step makes
+    step: FloatArray = np.column_stack([(sinc * u + versed * v) / square, (sinc * v - versed * u) / square, turn])
+    return step

@@ -11,12 +11,9 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.force_kernels import max_relative_movement
-from bsm_mesh.contact.forces import ContactSet, Evaluation
-from bsm_mesh.contact.tangents import first_tangent, tangent_stiffness
 from bsm_mesh.solve.algebra.block_matrix import constrain
-from bsm_mesh.solve.step.block_system import BAND, BlockSystem
 from bsm_mesh.solve.step.factorization import Factors
+from bsm_mesh.solve.step.system import BAND, Contacts, Evaluation, System
 
 MAX_MOVEMENT = 2.0  # of a block in one correction, and in a step, over the step length
 
@@ -27,11 +24,11 @@ class Residual:
 
     Attributes
     ----------
-    position : (n, 3) float64 [m, m, rad]
+    position : (n, axes) float64 [m, rad]
         The position.
     evaluate : callable
         Returns the contact forces at it.
-    forces : (n, 3) float64 [N/m, N/m, N]
+    forces : (n, axes) float64 [N/m, N]
         Residual of every block.
     max_norm : float
         Its maximum norm over the mean weight, moments over radii of gyration, on the free axes.
@@ -68,36 +65,34 @@ class StepEquations:
 
     Parameters
     ----------
-    system : BlockSystem
+    system : System
         The blocks.
     factors : Factors
         The linear solver.
-    contacts : ContactSet
+    contacts : Contacts
         Contacts at the accepted position.
-    anchor : (n, 3) float64 [m, m, rad]
+    anchor : (n, axes) float64 [m, rad]
         The accepted position q_n.
     lam : float [1/m]
         Regularisation.
 
     Attributes
     ----------
-    start : (n, 3) float64
+    start : (n, axes) float64
         The accepted position plus the prescribed displacement of this step.
     supports_move : bool
         Whether a displacement is prescribed in this step.
-    mass, scale : (n, 3) float64
-        As in `BlockSystem`.
+    mass, scale : (n, axes) float64
+        As in `System`.
     settlement_allowance : float [m]
         Movement that this step allows beyond `MAX_MOVEMENT`, for settlement of all blocks together.
     is_symmetric : bool
         Whether the tangent has but the symmetric part of the loads' stiffness.
-    regularization_reference : (n, 3) float64
+    regularization_reference : (n, axes) float64
         Position at which the regularisation is zero: the accepted one, unless contacts were updated within the step.
     """
 
-    def __init__(
-        self, system: BlockSystem, factors: Factors, contacts: ContactSet, anchor: FloatArray, lam: float
-    ) -> None:
+    def __init__(self, system: System, factors: Factors, contacts: Contacts, anchor: FloatArray, lam: float) -> None:
         self.system, self.factors, self.contacts, self.anchor, self.lam = system, factors, contacts, anchor, lam
         self.regularization_reference = anchor
         self.settlement_allowance, self.mass, self.scale = 0.0, system.mass, system.scale
@@ -116,11 +111,11 @@ class StepEquations:
         """Return the same step with a copy of the system, whose bolts a method may commit on its way."""
         return self._changed(system=self.system.copy())
 
-    def with_contacts(self, contacts: ContactSet) -> StepEquations:
+    def with_contacts(self, contacts: Contacts) -> StepEquations:
         """Return the same step with other states of the same contacts."""
         return self._changed(contacts=contacts)
 
-    def updated(self, contacts: ContactSet, position: FloatArray) -> StepEquations:
+    def updated(self, contacts: Contacts, position: FloatArray) -> StepEquations:
         """Return the step with contacts searched at a position, which becomes the reference of the regularisation."""
         pattern = self.factors.pattern_of(contacts)
         return self._changed(contacts=contacts, regularization_reference=position, pattern=pattern)
@@ -156,18 +151,18 @@ class StepEquations:
 
     @cached_property
     def elastic_position(self) -> FloatArray:
-        """The elastic solution of the step: every contact within tolerance closed and sticking, (n, 3).
+        """The elastic solution of the step: every contact within tolerance closed and sticking, (n, axes).
 
         No line search: the laws may be far from satisfied there. It is kept: where one method begins with it in vain,
         the next may begin with it too.
         """
         at = self.evaluate(self.start)
         forces = self.residual(self.start, at.forces)
-        data = first_tangent(self.contacts, at, self.pattern.place, len(self.pattern.column))
+        data = self.system.first_tangent(self.contacts, at, self.pattern)
         if not self.factorize(data, self.start):
             return self.start
         movement = self.solve(forces)
-        return moved_by(self.start, movement) if np.isfinite(movement).all() else self.start
+        return self.moved_by(self.start, movement) if np.isfinite(movement).all() else self.start
 
     @property
     def max_movement(self) -> float:
@@ -183,10 +178,7 @@ class StepEquations:
 
     def max_relative_movement(self, movement: FloatArray) -> float:
         """Return the largest relative movement of neighbouring blocks [m]."""
-        candidates = self.contacts.candidates
-        blocks, size = (candidates.block_a, candidates.block_b), self.system.outlines.block_size
-        largest: float = max_relative_movement(*blocks, movement, size)
-        return largest
+        return self.system.max_relative_movement(self.contacts, movement)
 
     def _is_within_band(self, movement: FloatArray) -> bool:
         """Return whether neighbours hardly move apart, and blocks that have none no farther than in any step."""
@@ -201,21 +193,34 @@ class StepEquations:
         return self.system.evaluate(self.contacts, position)
 
     def tangent(self, at: Evaluation, regularization: float = 0.0) -> FloatArray:
-        """Return the 3 x 3 blocks of the contacts' tangent; `regularization` as in `tangent_stiffness`."""
-        return tangent_stiffness(self.contacts, at, self.pattern.place, len(self.pattern.column), regularization)
+        """Return the blocks of the contacts' tangent; open and slipping ones keep a part of their stiffness."""
+        return self.system.tangent(self.contacts, at, self.pattern, regularization)
+
+    def elastic_tangent(self, at: Evaluation) -> FloatArray:
+        """Return the stiffest possible tangent of the contacts."""
+        return self.system.elastic_tangent(self.contacts, at, self.pattern)
+
+    def moved_by(self, position: FloatArray, movement: FloatArray) -> FloatArray:
+        """Return positions after a finite movement, exact in the rotations."""
+        return self.system.moved_by(position, movement)
+
+    def with_contacts_at(self, position: FloatArray) -> StepEquations:
+        """Return the step with its contacts searched at a position, before anything is committed."""
+        contacts = self.system.searched_again(self.contacts, self.evaluate(position), position)
+        return self.updated(contacts, position)
 
     def residual(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
-        """Return the residual at a position, (n, 3) [N/m, N/m, N]."""
+        """Return the residual at a position, (n, axes) [N/m, N]."""
         forces = self.acting_at(position) + contact_forces
         forces -= self.lam * self.mass * (position - self.regularization_reference)
         return forces
 
     def acting_at(self, position: FloatArray) -> FloatArray:
-        """Return weights, loads, water and bolt forces at a position, (n, 3)."""
+        """Return weights, loads, water and bolt forces at a position, (n, axes)."""
         return self.system.acting_at(position)
 
     def load_stiffness(self, position: FloatArray) -> FloatArray | None:
-        """Return the derivatives of minus weights, loads and water at a position, (n, 3, 3); None: all are zero.
+        """Return the derivatives of minus weights, loads and water at a position, (n, axes, axes); None: all are zero.
 
         Their symmetric part, of which the work of second order comes, if the equations are to be symmetric.
         """
@@ -223,11 +228,11 @@ class StepEquations:
         return (found + found.transpose(0, 2, 1)) / 2 if self.is_symmetric and found is not None else found
 
     def project(self, forces: FloatArray) -> FloatArray:
-        """Project forces (n, 3) onto the free degrees of freedom, moments over radii of gyration."""
+        """Project forces (n, axes) onto the free degrees of freedom, moments over radii of gyration."""
         return self.supports.scaled(forces, self.scale)
 
     def residual_norms(self, forces: FloatArray, weight: float) -> tuple[float, float]:
-        """Return maximum norm and 2-norm of a residual (n, 3) over a weight."""
+        """Return maximum norm and 2-norm of a residual (n, axes) over a weight."""
         free = self.project(forces)
         square = np.einsum("ij,ij", free, free)  # not BLAS: its threads would wait beside the linear solver's
         return float(np.abs(free).max(initial=0.0)) / weight, float(np.sqrt(square)) / weight
@@ -242,7 +247,7 @@ class StepEquations:
         return Residual(position, evaluate, forces, max_norm, l2_norm * weight, weight)
 
     def movement(self, step: FloatArray) -> float:
-        """Return the largest component of a movement (n, 3), rotations times radii of gyration [m]."""
+        """Return the largest component of a movement (n, axes), rotations times radii of gyration [m]."""
         return float(np.abs(step / self.scale).max(initial=0.0))
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
@@ -253,9 +258,10 @@ class StepEquations:
         loads = self.load_stiffness(position)
         if loads is not None:
             data[pattern.diagonal] += loads
-        axes = support.number, support.basis, support.constrained
-        data[pattern.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.mass.T
-        constrain(pattern.row_start, pattern.column, pattern.diagonal, data, *axes)
+        own_axes = support.number, support.basis, support.constrained
+        axis = np.arange(self.system.axes)[:, None]
+        data[pattern.diagonal, axis, axis] += self.lam * self.mass.T
+        constrain(pattern.row_start, pattern.column, pattern.diagonal, data, *own_axes)
         return data
 
     def factorize(self, data: FloatArray, position: FloatArray) -> bool:
@@ -263,28 +269,5 @@ class StepEquations:
         return self.factors.factorize(self.complete(data, position))
 
     def solve(self, forces: FloatArray) -> FloatArray:
-        """Return the movement (n, 3) under forces with the last factors."""
+        """Return the movement (n, axes) under forces with the last factors."""
         return self.supports.expand(self.factors.solve(self.supports.free_part(forces)))
-
-
-def moved_by(position: FloatArray, step: FloatArray) -> FloatArray:
-    """Return positions after a finite movement (n, 3) about instant centres: the exponential map of SE(2).
-
-    A block that rotates about a stiff corner keeps the corner in place. Plain addition would move the corner by the
-    square of the angle, and the line search would shorten every step to that.
-    """
-    u, v, turn = step.T
-    sinc = np.sinc(turn / np.pi)
-    versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))  # (1 - cos) / turn
-    moved: FloatArray = position + np.column_stack([sinc * u - versed * v, versed * u + sinc * v, turn])
-    return moved
-
-
-def step_between(position: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the finite movement (n, 3) about instant centres from one position to another: `moved_by` backwards."""
-    u, v, turn = (other - position).T
-    sinc = np.sinc(turn / np.pi)
-    versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))
-    square = sinc**2 + versed**2  # 0 at a full turn, which no step makes
-    step: FloatArray = np.column_stack([(sinc * u + versed * v) / square, (sinc * v - versed * u) / square, turn])
-    return step

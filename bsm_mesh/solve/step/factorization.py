@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.forces import ContactSet
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.heap import give_back
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, upper_triangle, whole_pattern
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.step.block_system import BlockSystem
+from bsm_mesh.solve.step.system import Contacts, System
 
 WORTH_GIVING_BACK = 200_000  # [blocks]; below, free heap memory is worth less than mapping it anew
 
@@ -25,7 +24,7 @@ class Factors:
 
     Parameters
     ----------
-    system : BlockSystem
+    system : System
         The blocks.
     options : Options
         Name and threads of the linear solver.
@@ -42,7 +41,7 @@ class Factors:
         Places of the bolts in the last pattern.
     """
 
-    def __init__(self, system: BlockSystem, options: Options) -> None:
+    def __init__(self, system: System, options: Options) -> None:
         self.options, self.system, self.blocks = options, system, system.model.blocks
         self.bolt_places = np.zeros(0, np.int32)
         self.name, self.count, self.ready = "", 0, False
@@ -62,7 +61,7 @@ class Factors:
         """Take double precision at once for the first pattern, if it is that of a digest."""
         self._recalled = double_precision
 
-    def pattern_of(self, contacts: ContactSet) -> BlockPattern:
+    def pattern_of(self, contacts: Contacts) -> BlockPattern:
         """Return the pattern of candidates and bolts, `place` being the candidates', and prepare its factorization."""
         c, old = contacts.candidates, self._pattern
         lower, higher = self.system.bolts.pairs
@@ -93,7 +92,7 @@ class Factors:
         return solver
 
     def factorize(self, data: FloatArray) -> bool:
-        """Factorize the blocks (n_places, 3, 3) of the last pattern; False where the matrix is singular."""
+        """Factorize the blocks (n_places, axes, axes) of the last pattern; False where the matrix is singular."""
         self.count += 1
         self.ready = False
         if self.blocks.count >= WORTH_GIVING_BACK:
@@ -106,7 +105,7 @@ class Factors:
         return True
 
     def is_positive_definite(self, data: FloatArray) -> bool:
-        """Return whether a symmetric matrix, blocks (n_places, 3, 3) of the last pattern, is positive definite.
+        """Return whether a symmetric matrix, blocks (n_places, axes, axes) of the last pattern, is positive definite.
 
         The present factors are released first: a model at rest would need the memory of both.
         """
@@ -126,7 +125,7 @@ class Factors:
         return True
 
     def solve(self, right_side: FloatArray) -> FloatArray:
-        """Return the solution (n, 3) with the last factors."""
+        """Return the solution (n, axes) with the last factors."""
         assert self._solver is not None
         return self._solver.solve(right_side)
 

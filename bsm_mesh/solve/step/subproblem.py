@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.forces import ContactSet, rows_by_law
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, constrain
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
@@ -54,9 +52,9 @@ class SubdomainEquations(StepEquations):
         self.regularization_reference = step.regularization_reference[self.blocks]
         self.mass, self.scale = step.mass[self.blocks], step.scale[self.blocks]
         self.supports = step.supports.of(self.blocks)
-        self.contacts = _chosen(step.contacts, self.rows, np.cumsum(involved, dtype=np.int32) - 1)
+        self.contacts = step.system.some(step.contacts, self.rows, np.cumsum(involved, dtype=np.int32) - 1)
         self._set_pattern(step.pattern, self.blocks[self.block])
-        options, centroid = self.factors.options, step.system.outlines.centroid[self.blocks[self.block]]
+        options, centroid = self.factors.options, step.system.centroid[self.blocks[self.block]]
         self._solver: LinearSolver = make_linear_solver(
             options.linear_solver, self._solved, centroid, options.threads, corrections=True
         )
@@ -104,7 +102,8 @@ class SubdomainEquations(StepEquations):
         loads = self.system.load_stiffness(whole)
         if loads is not None:
             data[own.diagonal] += loads[self.blocks[self.block]]
-        data[own.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.mass[self.block].T
+        axis = np.arange(self.system.axes)[:, None]
+        data[own.diagonal, axis, axis] += self.lam * self.mass[self.block].T
         number = support.number[self.block]
         constrain(own.row_start, own.column, own.diagonal, data, number, support.basis, support.constrained)
         return data[:-1]
@@ -126,35 +125,3 @@ class SubdomainEquations(StepEquations):
     def close(self) -> None:
         """Give the factors' memory back."""
         self._solver.close()
-
-
-def _chosen(contacts: ContactSet, rows: IntArray, block: IntArray) -> ContactSet:
-    """Return some of the contacts, their blocks renumbered (n,); an opposing candidate is among them."""
-    number = np.full(contacts.count, -1, np.int32)
-    number[rows] = np.arange(len(rows))
-    candidates = _rows_of(contacts.candidates, rows)
-    opposing_candidate = candidates.opposing_candidate
-    entering = number[contacts.entering]
-    parts = ("hyperbolic", "dilating", "growing")
-    plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "by_law")
-    others = {field.name for field in fields(contacts)}.difference(plain, parts)
-    return ContactSet(
-        outlines=contacts.outlines,
-        candidates=replace(
-            candidates,
-            block_a=block[candidates.block_a],
-            block_b=block[candidates.block_b],
-            opposing_candidate=np.where(opposing_candidate >= 0, number[opposing_candidate], -1),
-        ),
-        by_law=rows_by_law(contacts.law[rows]),
-        opposing=np.flatnonzero(opposing_candidate >= 0),
-        entering=entering[entering >= 0],
-        **{name: getattr(contacts, name).of(number) for name in parts},
-        entering_direction=contacts.entering_direction[entering >= 0],
-        **{name: getattr(contacts, name)[rows] for name in others},
-    )
-
-
-def _rows_of(table: Any, rows: IntArray) -> Any:
-    """Return a dataclass of arrays with some of their rows."""
-    return replace(table, **{field.name: getattr(table, field.name)[rows] for field in fields(table)})

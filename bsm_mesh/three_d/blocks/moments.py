@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.three_d.blocks.polygons import sums
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))  # of the axes, for the six numbers of a symmetric tensor
@@ -29,6 +29,20 @@ class Moments:
     volume: FloatArray
     centroid: FloatArray
     inertia: FloatArray
+
+    @property
+    def bulk(self) -> FloatArray:
+        """Volumes [m3]: what a unit weight is multiplied by."""
+        return self.volume
+
+    def mean_size(self, chosen: BoolArray) -> float:
+        """Size of a block of the mean volume of those chosen (n,) [m]."""
+        return float(np.cbrt(self.volume[chosen].mean()))
+
+    @property
+    def median_size(self) -> float:
+        """Size of the block of median volume [m]."""
+        return float(np.cbrt(np.median(self.volume)))
 
     @property
     def gyration(self) -> FloatArray:

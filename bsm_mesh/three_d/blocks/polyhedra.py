@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,9 @@ from bsm_mesh.model.values import Rules
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons, contact_polygons
 from bsm_mesh.three_d.blocks.faults import cell_faults, index_faults, volume_faults
 from bsm_mesh.three_d.blocks.moments import Moments, cell_moments
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.loads import PointForces
 
 SLIVER = 1e-3  # of the mean volume: smaller blocks are slivers, left out of time step and verdict
 
@@ -125,6 +128,14 @@ class Polyhedra(Portable):
     joint_names: tuple[str, ...] = ()
     boundaries: Mapping[str, IntArray] = field(default_factory=dict)
     excavations: Mapping[str, IntArray] = field(default_factory=dict)
+
+    bulk_name, bulk_unit = "volume", "m3"  # of `Moments.bulk`
+    axes = 6  # numbers that say how a block has moved: three displacements and a rotation vector
+
+    @property
+    def span(self) -> float:
+        """Longest side of the box round all blocks [m]."""
+        return float(np.ptp(self.vertices, axis=0).max())
 
     def __post_init__(self) -> None:
         self._own_arrays()
@@ -360,6 +371,20 @@ class Polyhedra(Portable):
         made.__dict__.update(self.__dict__)
         object.__setattr__(made, "boundaries", ReadOnlyMapping({**self.boundaries, name: chosen}))
         return made
+
+    def pressure_on_new_faces(self, stays: BoolArray, leaves: BoolArray, pressure: float) -> PointForces:
+        """Return a pressure [Pa] on the faces between blocks that stay (n,) and that leave (n,), into the former."""
+        from bsm_mesh.model.loads import PointForces
+
+        faces = self.contact_polygons
+        a, b = faces.block_a, faces.block_b
+        bare = np.flatnonzero((stays[a] & leaves[b]) | (stays[b] & leaves[a]))
+        into_a = np.where(stays[a[bare]], 1.0, -1.0)[:, None]  # normals point into a
+        return PointForces(
+            block=np.where(stays[a], a, b)[bare],
+            point=faces.centroid[bare],
+            force=pressure * faces.area[bare, None] * into_a * faces.normal[bare],
+        )
 
     def polygon(self, face: int) -> FloatArray:
         """Return the corners of one face, (k, 3) [m]."""

@@ -1,0 +1,45 @@
+"""What models, results and the solver hand polyhedra to: rooms of `bsm_mesh.three_d`, by the kind of blocks.
+
+The one place where the plane's and the shared rooms name those of space (`tests/test_architecture.py`); imported when
+first asked.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bsm_mesh.lazy import names_from
+
+if TYPE_CHECKING:
+    from bsm_mesh.three_d.check import check_stage
+    from bsm_mesh.three_d.mechanics import Space
+    from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
+    from bsm_mesh.three_d.model.loads import forces_in_space
+    from bsm_mesh.three_d.model.parts import some_polyhedra
+    from bsm_mesh.three_d.model.supports import bars_in_space
+    from bsm_mesh.three_d.proof import proof_in_space
+
+__all__ = [
+    "Space",
+    "bars_in_space",
+    "check_stage",
+    "faults_in_space",
+    "forces_in_space",
+    "proof_in_space",
+    "refuse_unready",
+    "some_polyhedra",
+]
+
+HOMES = {
+    "Space": "bsm_mesh.three_d.mechanics",
+    "bars_in_space": "bsm_mesh.three_d.model.supports",
+    "check_stage": "bsm_mesh.three_d.check",
+    "faults_in_space": "bsm_mesh.three_d.model.given",
+    "forces_in_space": "bsm_mesh.three_d.model.loads",
+    "proof_in_space": "bsm_mesh.three_d.proof",
+    "refuse_unready": "bsm_mesh.three_d.model.given",
+    "some_polyhedra": "bsm_mesh.three_d.model.parts",
+}
+
+if not TYPE_CHECKING:
+    __getattr__ = names_from(HOMES, __name__)

@@ -1,0 +1,1 @@
+"""Contact points on shared polygons: properties, state, forces, tangent, history; rotations."""

@@ -1,0 +1,208 @@
+"""The contact set of a step: the points of shared polygons, with stiffness, strength and history.
+
+Contacts are those of the given geometry. A point that has slid off its polygon bears nothing any more; points on other
+faces do not arise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.closure import Hyperbolic
+from bsm_mesh.contact.forces import rows_by_law
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
+from bsm_mesh.model.model import Model
+from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.kernels import relative_positions
+from bsm_mesh.three_d.contacts.properties import PointProperties, PolygonCatalogue, point_keys
+from bsm_mesh.three_d.contacts.rotations import swings
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Candidates:
+    """Blocks of every contact, and where it continues.
+
+    Attributes
+    ----------
+    block_a, block_b : (m,) int32
+        Block with the point, block with the face.
+    length : (m,) float64 [m2]
+        Area that the point stands for; what a law takes as the length.
+    history : (m,) int64
+        Row in the history if it was closed before; else -1.
+    """
+
+    block_a: IntArray
+    block_b: IntArray
+    length: FloatArray
+    history: IntArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ContactSet:
+    """The contact points of a step with all that their forces depend on; constant within the step.
+
+    Vectors (m, 3) are in the frame of the face's block: its axes as given, turned with it.
+    """
+
+    candidates: Candidates
+    key: IntArray  # (m,) face and corner, as `point_keys`, rising
+    joint: IntArray  # (m,) number in ``model.joints``; -1: unjointed rock
+    law: IntArray  # (m,) number in the catalogue's laws
+    geometry: FloatArray  # (m, 9) as `relative_positions` takes it
+    reach: FloatArray  # (m,) [m] tangential movement with which the point has left its polygon
+    normal_stiffness: FloatArray  # [N/m]
+    shear_stiffness: FloatArray
+    tension: FloatArray  # [N]
+    residual_tension: FloatArray
+    offset: FloatArray  # gap at zero pressure
+    old_shear: FloatArray  # (m, 3) on a
+    old_place: FloatArray  # (m, 3) movement against the face at that shear force; nan: none yet
+    first_place: FloatArray  # (m, 3) at first contact; nan: not closed yet
+    failed: BoolArray
+    mated: BoolArray
+    slip_path: FloatArray
+    within_tolerance: BoolArray
+    hyperbolic: Hyperbolic
+    by_law: tuple[tuple[int, IntArray | slice], ...]
+
+    @property
+    def count(self) -> int:
+        """Number of contacts."""
+        return len(self.offset)
+
+    def frames(self, position: FloatArray) -> tuple[FloatArray, ...]:
+        """Return rotations less the unit matrix (n, 3, 3), movements against the faces and both arms, (m, 3) each."""
+        swing = swings(position[:, 3:])
+        c = self.candidates
+        return swing, *relative_positions(position, swing, c.block_a, c.block_b, self.geometry)
+
+    def gaps(self, place: FloatArray) -> FloatArray:
+        """Return the gaps (m,) [m] of movements against the faces (m, 3)."""
+        gap: FloatArray = np.einsum("ij,ij->i", place, self.geometry[:, 6:])
+        return gap
+
+    def along(self, vector: FloatArray) -> FloatArray:
+        """Return the parts of vectors (m, 3) along the faces."""
+        normal = self.geometry[:, 6:]
+        tangential: FloatArray = vector - np.einsum("ij,ij->i", vector, normal)[:, None] * normal
+        return tangential
+
+    def some(self, rows: IntArray, block: IntArray) -> ContactSet:
+        """Return some of the contacts, their blocks renumbered (n,)."""
+        number = np.full(self.count, -1, np.int32)
+        number[rows] = np.arange(len(rows))
+        c = self.candidates
+        candidates = Candidates(
+            block_a=block[c.block_a[rows]],
+            block_b=block[c.block_b[rows]],
+            length=c.length[rows],
+            history=c.history[rows],
+        )
+        named = {field.name for field in fields(self)} - {"candidates", "hyperbolic", "by_law"}
+        return ContactSet(
+            candidates=candidates,
+            hyperbolic=self.hyperbolic.of(number),
+            by_law=rows_by_law(self.law[rows]),
+            **{name: getattr(self, name)[rows] for name in named},
+        )
+
+
+def given_contacts(model: Model, catalogue: PolygonCatalogue, held: BoolArray) -> ContactSet:
+    """Return the contact points of a model as given: closed, intact, without force.
+
+    Two blocks that supports hold (n,) are no pair.
+    """
+    assert isinstance(model.blocks, Polyhedra)
+    whole = model.blocks.contact_polygons
+    polygons = whole.some(np.flatnonzero(~(held[whole.block_a] & held[whole.block_b])))
+    points = polygons.points("corners" if model.contact_points == "corners" else "both")
+    key = point_keys(polygons, points)
+    order = np.argsort(key, kind="stable")
+    polygon, point, area = points.polygon[order], points.point[order], points.area[order]
+    a, b = polygons.block_a[polygon], polygons.block_b[polygon]
+    found = catalogue.properties(polygons, polygon)
+    centroid = model.blocks.moments.centroid
+    geometry = np.hstack([point - centroid[a], point - centroid[b], polygons.normal[polygon]])
+    blank, none = np.full((len(a), 3), np.nan), np.zeros(len(a), dtype=bool)
+    candidates = Candidates(block_a=a, block_b=b, length=area, history=np.full(len(a), -1))
+    return ContactSet(
+        candidates=candidates,
+        key=key[order],
+        joint=found.joint,
+        law=found.law,
+        geometry=geometry,
+        reach=_reach(polygons)[polygon],
+        normal_stiffness=found.normal_stiffness * area,
+        shear_stiffness=found.shear_stiffness * area,
+        tension=found.tension * area,
+        residual_tension=found.residual_tension * area,
+        offset=np.zeros(len(a)),
+        old_shear=np.zeros((len(a), 3)),
+        old_place=blank,
+        first_place=blank,
+        failed=none,
+        mated=~none,
+        slip_path=np.zeros(len(a)),
+        within_tolerance=~none,
+        hyperbolic=_hyperbolic(catalogue, found, area),
+        by_law=rows_by_law(found.law),
+    )
+
+
+def gathered(given: ContactSet, history: History, position: FloatArray, size: float, *, first: bool) -> ContactSet:
+    """Return the contact points at a position with their history; at the start (`first`) all are intact.
+
+    Points that were open have no cohesion, no tensile strength and residual friction.
+    """
+    _, place, *_ = given.frames(position)
+    row, known = history.rows_of(given.key)
+    closed = known & history.closed[row] if history.count else known
+    offset = np.where(known, history.offset[row], given.offset) if history.count else given.offset
+    near = (given.gaps(place) <= offset + CONTACT_TOLERANCE * size) & _on_polygon(given, place)
+    within_tolerance = closed | near
+    failed = np.where(known, history.failed[row], not first) if history.count else np.full(given.count, not first)
+    mated = known & history.mated[row] if history.count else np.full(given.count, first)
+    anchor = np.where(within_tolerance[:, None], place, np.nan)
+    whole = given.tension, np.where(mated, given.residual_tension, 0.0)
+    kept = closed[:, None]
+    return replace(
+        given,
+        candidates=replace(given.candidates, history=np.where(closed, row, -1)),
+        tension=np.where(within_tolerance, np.where(failed, whole[1], whole[0]), 0.0),
+        residual_tension=whole[1],
+        offset=offset,
+        old_shear=np.where(kept, history.shear[row], 0.0) if history.count else given.old_shear,
+        old_place=np.where(kept, history.place[row], anchor) if history.count else anchor,
+        first_place=np.where(kept, history.first_place[row], anchor) if history.count else anchor,
+        failed=failed,
+        mated=mated,
+        slip_path=np.where(known, history.slip_path[row], 0.0) if history.count else given.slip_path,
+        within_tolerance=within_tolerance,
+        hyperbolic=given.hyperbolic.of(np.where(mated, np.arange(given.count), -1)),
+    )
+
+
+def _on_polygon(contacts: ContactSet, place: FloatArray) -> BoolArray:
+    """Return which points have not left their polygons, (m,), by their movements against the faces (m, 3)."""
+    on: BoolArray = np.linalg.norm(contacts.along(place), axis=1) <= contacts.reach
+    return on
+
+
+def _reach(polygons: ContactPolygons) -> FloatArray:
+    """Return the distance of the farthest corner of every polygon from its centroid, (n,) [m]."""
+    sizes = np.diff(polygons.offsets)
+    arm = polygons.corners - np.repeat(polygons.centroid, sizes, axis=0)
+    reach: FloatArray = np.maximum.reduceat(np.linalg.norm(arm, axis=1), polygons.offsets[:-1])
+    return reach
+
+
+def _hyperbolic(catalogue: PolygonCatalogue, found: PointProperties, area: FloatArray) -> Hyperbolic:
+    """Return the contacts whose joints have a closure limit."""
+    limit, stiffness = catalogue.closure_of(found.joint)
+    return Hyperbolic.among(limit, stiffness, area, found.normal_stiffness * area)

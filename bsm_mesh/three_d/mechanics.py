@@ -1,0 +1,82 @@
+"""Mechanics of polyhedra in space, as the shared loop and scheme ask for them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.submodel import SubModel
+from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.motion.motion import Motion
+from bsm_mesh.solve.stages.scheme import Outcome
+from bsm_mesh.solve.step.system import System
+from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.properties import SLOTS
+from bsm_mesh.three_d.motion.explicit import ExplicitMotion
+from bsm_mesh.three_d.record import outcome_of
+from bsm_mesh.three_d.step.block_system import BlockSystem
+
+
+class Space:
+    """Mechanics of polyhedra, as `Mechanics` asks for them."""
+
+    def system(self, model: Model, bolts: InstalledBolts | None, position: FloatArray | None) -> BlockSystem:
+        """Return the block system of a model."""
+        system = BlockSystem(model, bolts)
+        system.in_motion = ExplicitMotion
+        return system
+
+    def no_history(self) -> History:
+        """Return the empty contact history of the start."""
+        return History.none()
+
+    def in_situ_history(self, model: Model) -> tuple[History, tuple[str, ...]]:
+        """Refuse: in-situ stress comes in by gravity, in the first stage."""
+        raise ModelError('in_situ: method = "direct" is for the plane; in three dimensions load the first stage')
+
+    def between(self, history: History, stays: BoolArray) -> History:
+        """Return the history of contacts between blocks that stay, (n,)."""
+        return history.some(np.flatnonzero(stays[history.block_a] & stays[history.block_b]))
+
+    def in_part(self, history: History, part: SubModel) -> History:
+        """Return the history in the numbers of a submodel; its blocks must be in the part."""
+        if part.present.all():
+            return history
+        face, slot = np.divmod(history.key, SLOTS)
+        number = np.cumsum(part.present, dtype=np.int32) - 1
+        return replace(
+            history,
+            key=np.searchsorted(part.corner, face) * SLOTS + slot,
+            block_a=number[history.block_a],
+            block_b=number[history.block_b],
+        )
+
+    def in_whole(self, history: History, part: SubModel) -> History:
+        """Return the history of a submodel in the numbers of the whole."""
+        if part.present.all():
+            return history
+        face, slot = np.divmod(history.key, SLOTS)
+        return replace(
+            history,
+            key=part.corner[face].astype(np.int64) * SLOTS + slot,
+            block_a=part.block[history.block_a],
+            block_b=part.block[history.block_b],
+        )
+
+    def with_filled_blocks(
+        self, history: History, model: Model, comes: BoolArray, present: BoolArray, moved: FloatArray
+    ) -> History:
+        """Return the history: points of placed blocks (n,) are none of it, and come in as they touch."""
+        return history
+
+    def outcome(
+        self, system: System, motion: Motion, origin: FloatArray, bars_before: FloatArray, bolts: BoltForces
+    ) -> Outcome:
+        """Return the record of a stage's end; displacements count from `origin` (n, 6)."""
+        assert isinstance(system, BlockSystem)
+        return outcome_of(system, motion, origin, bars_before, bolts)

@@ -1,0 +1,85 @@
+"""What a model of polyhedra may hold, and whether it can be run: what is refused, a sentence each, with its cure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.model.stages import presence
+from bsm_mesh.three_d.model.loads import forces_in_space
+from bsm_mesh.three_d.model.supports import bars_in_space
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
+
+REFUSED = ("bolts", "in_situ", "water", "flow", "face_water", "histories")  # fields that are for the plane
+
+
+def faults_in_space(model: Model) -> list[str]:
+    """Return one sentence for everything in a model of polyhedra that does not fit together."""
+    blocks: Any = model.blocks
+    faults = [f"{name}: not for polyhedra yet; leave it out" for name in REFUSED if _given(model, name)]
+    for kind, used, defined in (
+        ("rock", blocks.rock_names, [rock.name for rock in model.rocks]),
+        ("joint", (*blocks.joint_names, *filter(None, [model.default_joint])), [joint.name for joint in model.joints]),
+    ):
+        faults += [f"{kind} '{name}' is not defined; define it" for name in used if name not in defined]
+        faults += [
+            f"{kind} '{name}' is defined more than once" for name in dict.fromkeys(defined) if defined.count(name) > 1
+        ]
+    if model.gravity_direction != -90:
+        faults.append("gravity_direction: with polyhedra z is up, and weights pull down; turn the blocks instead")
+    if model.contact_points == "gauss":
+        faults.append('contact_points: polyhedra take "both" (corners and centroids of faces) or "corners"')
+    faults += [f"joint '{joint.name}': {text}" for joint in model.joints for text in _joint_faults(joint)]
+    checks: list[Callable[[], object]] = [
+        lambda: bars_in_space(model.supports, blocks),
+        lambda: forces_in_space(model.loads, blocks),
+        lambda: presence(model.stages, blocks),
+        *(partial(forces_in_space, stage.loads, blocks) for stage in model.stages),
+    ]
+    for check in checks:
+        try:
+            check()
+        except ModelError as error:
+            faults += error.faults
+    faults += [text for stage in model.stages for text in _stage_faults(stage)]
+    return faults
+
+
+def _given(model: Model, name: str) -> bool:
+    value = getattr(model, name)
+    return value is not None and value != ()
+
+
+def _joint_faults(joint: object) -> Iterable[str]:
+    if getattr(joint, "dilation_angle", 0):
+        yield "dilation_angle is for the plane; leave it out"
+    if getattr(joint, "shear_curve", None) is not None:
+        yield "shear stiffness that grows with pressure is for the plane; give a constant shear_stiffness"
+
+
+def _stage_faults(stage: object) -> Iterable[str]:
+    name = getattr(stage, "name", "")
+    for key in ("water", "gravity", "levels", "shaking"):
+        value = getattr(stage, key, None)
+        if value is not None and value != () and value != 0:
+            yield f"stage '{name}': {key} is for the plane; leave it out"
+
+
+def refuse_unready(model: Model, solver_faults: tuple[str, ...], scheme: str) -> None:
+    """Raise a `ModelError` with everything that forbids to run a model of polyhedra."""
+    assert in_space(model.blocks)
+    faults = list(solver_faults)
+    if scheme != "continuation":
+        faults.append(f"scheme = '{scheme}' is for the plane; polyhedra are solved by 'continuation'")
+    if not len(bars_in_space(model.supports, model.blocks).block):
+        faults.append("the model is free to move in any direction: no support holds it; hold some blocks or a boundary")
+    stages = [forces_in_space(loads, model.blocks).force for loads in (model.loads, *(s.loads for s in model.stages))]
+    loaded = model.weights.any() or any(force.any() for force in stages)
+    if not loaded:
+        faults.append("nothing loads the model; give the rocks their unit_weight, or a load")
+    raise_faults(faults)

@@ -1,0 +1,45 @@
+"""Loads on polyhedra as forces at points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.loads import PointForces, Pressure
+from bsm_mesh.three_d.blocks.polygons import polygon_moments
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+
+
+def forces_in_space(loads: Sequence[object], blocks: Polyhedra) -> PointForces:
+    """Return the forces of all loads: a constant pressure becomes one force a face, at its centroid.
+
+    Raises
+    ------
+    ModelError
+        For a boundary that does not exist, a pressure that is not constant, and loads that are for the plane.
+    """
+    parts = [PointForces(block=np.zeros(0, np.int32), point=np.zeros((0, 3)), force=np.zeros((0, 3)))]
+    for load in loads:
+        if isinstance(load, Pressure):
+            parts.append(_pressed(load, blocks))
+        elif isinstance(load, PointForces) and load.point.shape[1:] == load.force.shape[1:] == (3,):
+            parts.append(load)
+        else:
+            raise ModelError(
+                "polyhedra take Pressure(boundary=..., pressure=...), or bsm_mesh.model.loads.PointForces with three "
+                "components"
+            )
+    block, point, force = (np.concatenate([getattr(p, name) for p in parts]) for name in ("block", "point", "force"))
+    return PointForces(block=block.astype(np.int32), point=point, force=force)
+
+
+def _pressed(load: Pressure, blocks: Polyhedra) -> PointForces:
+    pressure, *gradient = np.atleast_1d(load.pressure)
+    if np.any(gradient):
+        raise ModelError(f"boundary '{load.boundary}': on polyhedra a pressure is constant; give one number")
+    faces = blocks.boundary_faces(load.boundary)
+    moments = polygon_moments(blocks.vertices[blocks.face_vertices], blocks.face_offsets)
+    inward = -moments.normal[faces] * moments.area[faces, None]
+    return PointForces(block=blocks.face_blocks[faces, 0], point=moments.centroid[faces], force=pressure * inward)

@@ -1,0 +1,1 @@
+"""Explicit motion of polyhedra: compiled cycles, and the windows that they make."""

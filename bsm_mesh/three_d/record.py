@@ -1,0 +1,163 @@
+"""The record of a stage's end in space: contact forces, supports, mean stress of every block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.strength import MAX_UTILISATION
+from bsm_mesh.movements import turned
+from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, SupportForces
+from bsm_mesh.solve.motion.motion import Motion
+from bsm_mesh.solve.stages.scheme import Outcome
+from bsm_mesh.three_d.step.block_system import BlockSystem
+
+
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
+class PointForces3D(ContactForces):
+    """Forces in contact points, one row each: as in the plane, with vectors of three numbers.
+
+    Attributes
+    ----------
+    length : (m,) float64 [m2]
+        Area that each point stands for.
+    shear_force : (m,) float64 [N]
+        Magnitude of the shear force.
+    shear : (m, 3) float64 [N]
+        Shear force on `block_b`, across the normal.
+    """
+
+    shear: FloatArray
+
+    @property
+    def force(self) -> FloatArray:
+        """Force on `block_b`, (m, 3) [N]."""
+        force: FloatArray = self.normal_force[:, None] * self.normal + self.shear
+        return force
+
+
+def outcome_of(
+    system: BlockSystem, motion: Motion, origin: FloatArray, bars_before: FloatArray, bolts: BoltForces
+) -> Outcome:
+    """Return the record of a stage's end; displacements count from `origin` (n, 6)."""
+    position, count = motion.position, len(motion.position)
+    reactions = motion.constraints.reactions(motion.loads + motion.at.forces)
+    size = _bar_forces(system, motion, reactions, bars_before)
+    kept = np.flatnonzero(motion.at.closed | motion.contacts.within_tolerance)
+    contacts = point_forces(system, motion, kept)
+    supports = _support_forces(system, position, size)
+    stress = _stress(system, motion, contacts, supports)
+    nothing = np.zeros((count, 6))
+    stage = StageResult(
+        name="",
+        status=motion.status,
+        reason=motion.reason,
+        present=np.ones(count, dtype=bool),
+        displacement=position,
+        stage_displacement=position - origin,
+        origin=nothing,
+        stress=stress,
+        stress_effective=stress,
+        loads=motion.loads,
+        reactions=reactions,
+        water=nothing,
+        water_table=np.zeros((0, 2, 2)),
+        water_gradient=np.zeros(0),
+        joint_water=np.full(len(system.model.joints), np.nan),
+        contacts=contacts,
+        supports=supports,
+        bolts=bolts,
+        unstable_blocks=motion.unstable_blocks,
+        start_residual=motion.start_residual,
+        residual=motion.residual,
+        reference_weight=motion.reference,
+        steps=motion.steps,
+        notes=_notes(motion, kept),
+    )
+    return Outcome(stage, size, motion.down, motion.small)
+
+
+def point_forces(system: BlockSystem, motion: Motion, kept: IntArray) -> PointForces3D:
+    """Return the forces of the contact points `kept` (k,) at the end."""
+    table, at, c = motion.contacts, motion.at, motion.contacts.candidates
+    _, _, arm_a, _ = table.frames(motion.position)
+    turn = motion.position[c.block_b[kept], 3:]
+    status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
+    status = np.where(at.closed, status, ContactStatus.OPEN)
+    size = at.size
+    with np.errstate(divide="ignore", invalid="ignore"):
+        used = np.where(at.bears & (size > 0), size / at.strength, 0.0)  # without strength: infinite
+    slip = np.linalg.norm(table.along(at.place - table.first_place), axis=1)
+    return PointForces3D(
+        block_a=c.block_a[kept],
+        block_b=c.block_b[kept],
+        point=system.placed(motion.position)[c.block_a[kept]] + arm_a[kept],
+        normal=turned(table.geometry[kept, 6:], turn),
+        length=c.length[kept],
+        normal_force=-at.pressure[kept],
+        shear_force=size[kept],
+        shear=turned(-at.shear[kept], turn),
+        opening=at.gap[kept],
+        slip=np.nan_to_num(slip)[kept],
+        status=status[kept].astype(np.int8),
+        utilisation=np.minimum(used, MAX_UTILISATION)[kept],
+        joint=table.joint[kept],
+        water_pressure=np.zeros(len(kept)),
+    )
+
+
+def _bar_forces(system: BlockSystem, motion: Motion, reactions: FloatArray, before: FloatArray) -> FloatArray:
+    """Return the force in every bar, (b,): those before, and the change by least squares where bars repeat."""
+    bars, arm = motion.constraints.bars, system.bar_arms(motion.position)
+    held = np.zeros_like(reactions)
+    np.add.at(held, bars.block, bars.rows(arm) * before[:, None])
+    changed: FloatArray = before + motion.constraints.bar_forces(reactions - held)
+    return changed
+
+
+def _support_forces(system: BlockSystem, position: FloatArray, size: FloatArray) -> SupportForces:
+    """Return the forces at supported points, those of bars at the same point of the same block added up."""
+    bars, arm = system.bars, system.bar_arms(position)
+    key = np.column_stack([bars.block, bars.point])
+    _, first, place = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    action = bars.rows(np.zeros_like(arm)) * size[:, None]
+    total = np.zeros((len(first), 6))
+    np.add.at(total, place.reshape(-1), action)
+    block = bars.block[first]
+    point = system.placed(position)[block] + arm[first]
+    return SupportForces(block=block, point=point, reaction=total[:, :3], moment=total[:, 3:])
+
+
+def _stress(system: BlockSystem, motion: Motion, contacts: PointForces3D, supports: SupportForces) -> FloatArray:
+    """Return the mean stress of every block, (n, 3, 3) [Pa]: forces times their arms over the volume."""
+    placed = system.placed(motion.position)
+    total = np.zeros((len(placed), 3, 3))
+    parts = [
+        (contacts.block_b, contacts.point, contacts.force),
+        (contacts.block_a, contacts.point, -contacts.force),
+        (supports.block, supports.point, supports.reaction),
+        system.point_forces_at(motion.position),
+    ]
+    for block, point, force in parts:
+        np.add.at(total, block, (point - placed[block])[:, :, None] * force[:, None, :])
+    mean = (total + total.transpose(0, 2, 1)) / 2
+    stress: FloatArray = mean / system.model.blocks.moments.bulk[:, None, None]
+    return stress
+
+
+FAR = 0.1  # of a polygon's radius: contacts of the start are exact to the slide over the polygon's size
+
+
+def _notes(motion: Motion, kept: IntArray) -> tuple[str, ...]:
+    """Say where points have slid so far that contacts of the start are rough."""
+    table, at = motion.contacts, motion.at
+    share = (np.linalg.norm(table.along(at.place), axis=1) / table.reach)[kept]
+    if not (share > FAR).any():
+        return ()
+    return (
+        f"contacts are those of the given geometry: {int((share > FAR).sum())} contact points have slid by more than "
+        f"{FAR:g} of their face's radius, up to {share.max():.2g}; the lever arms of their forces are that much off",
+    )

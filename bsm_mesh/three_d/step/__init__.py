@@ -1,0 +1,1 @@
+"""The block system of polyhedra: loads, supports and contacts at a position."""

@@ -1,0 +1,184 @@
+"""The block system of polyhedra in space: loads, supports and contacts at a position."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import bars_of
+from bsm_mesh.movements import cross, turned
+from bsm_mesh.solve.algebra.block_matrix import BlockPattern
+from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.step.system import System
+from bsm_mesh.three_d.contacts.contact_set import ContactSet, gathered, given_contacts
+from bsm_mesh.three_d.contacts.forces import (
+    Evaluation,
+    commit,
+    elastic_contacts,
+    evaluate,
+    sticking,
+    tangent_stiffness,
+    updated,
+    worn,
+)
+from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.kernels import max_relative_movement
+from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
+from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
+
+
+class BlockSystem(System):
+    """The polyhedra of a model in large displacement.
+
+    A position (n, 6) is the displacement of every centroid and its rotation vector, from the given geometry.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    bolts : InstalledBolts, optional
+        No bolts: in space there are none.
+    """
+
+    evaluate_contacts = staticmethod(evaluate)
+
+    def __init__(self, model: Model, bolts: InstalledBolts | None = None) -> None:
+        super().__init__(model, bolts)
+        moments = model.blocks.moments
+        self.centroid, self.block_size = moments.centroid, moments.size
+        self.bars = bars_of(model.supports, model.blocks)
+        self.bar_arm = self.bars.point - self.centroid[self.bars.block]
+        self.prescribed_blocks = self.constraints_at(self.start, conflicts=True).fixed
+        moves = ~self.prescribed_blocks
+        self.catalogue = PolygonCatalogue(model)
+        self._given = given_contacts(model, self.catalogue, self.prescribed_blocks)
+        self.applied = point_forces_of(model.acting_loads, model.blocks)
+        self.applied_arm = self.applied.point - self.centroid[self.applied.block]
+        self.dead = model.gravity_forces
+        np.add.at(self.dead, self.applied.block, self.applied.force)
+        self.loads = self.loads_at(self.start)
+        size = float(np.median(self.block_size[moves] if moves.any() else self.block_size))
+        self._set_scales(size, np.zeros_like(self.start))
+
+    def _rotary(self, weight: FloatArray) -> FloatArray:
+        rotary: FloatArray = weight * self.model.blocks.moments.gyration**2
+        return rotary
+
+    @property
+    def blocks_across(self) -> float:
+        """Blocks along a side of a cubic model of as many."""
+        return float(np.cbrt(len(self.start)))
+
+    @property
+    def constant_loads(self) -> FloatArray | None:
+        """Weights (n, 6) where nothing else acts; None where what acts depends on where the blocks are."""
+        return None if len(self.applied.block) else self.loads
+
+    def loads_at(self, position: FloatArray) -> FloatArray:
+        """Return weights and loads, (n, 6): loads keep their direction and follow their point on the block."""
+        loads = np.zeros_like(position)
+        loads[:, :3] = self.dead
+        arm = turned(self.applied_arm, position[self.applied.block, 3:])
+        np.add.at(loads[:, 3:], self.applied.block, cross(arm, self.applied.force))
+        return loads
+
+    def load_stiffness(self, position: FloatArray) -> FloatArray | None:
+        """Return the derivatives of minus `loads_at` by the movement of every block, (n, 6, 6); None: all are zero.
+
+        A moment ``arm x force`` changes with the turn of its arm by ``(turn x arm) x force``.
+        """
+        block, force = self.applied.block, self.applied.force
+        if not len(block):
+            return None
+        arm = turned(self.applied_arm, position[block, 3:])
+        stiffness = np.zeros((len(position), 6, 6))
+        work = (arm * force).sum(axis=1)[:, None, None] * np.eye(3)
+        np.add.at(stiffness[:, 3:, 3:], block, work - arm[:, :, None] * force[:, None, :])
+        return stiffness
+
+    def point_forces_at(self, position: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return block, point and force of every load at a position."""
+        block = self.applied.block
+        return block, self.placed(position)[block] + turned(self.applied_arm, position[block, 3:]), self.applied.force
+
+    def bar_arms(self, position: FloatArray) -> FloatArray:
+        """Return the arms from centroids to supported points at a position, (n_bars, 3) [m]."""
+        return turned(self.bar_arm, position[self.bars.block, 3:])
+
+    def reached(self, position: FloatArray) -> FloatArray:
+        """Return how far bars are displaced along their directions, or rotated about them, (n_bars,) [m or rad]."""
+        moved = position[self.bars.block]
+        shift = moved[:, :3] + self.bar_arms(position) - self.bar_arm
+        along = np.where(self.bars.holds_rotation[:, None], moved[:, 3:], shift)
+        found: FloatArray = (along * self.bars.direction).sum(axis=1)
+        return found
+
+    def placed(self, position: FloatArray) -> FloatArray:
+        """Return where centroids are at a position, (n, 3) [m]."""
+        placed: FloatArray = self.centroid + position[:, :3]
+        return placed
+
+    def moved_by(self, position: FloatArray, movement: FloatArray) -> FloatArray:
+        """Return positions after a finite movement (n, 6) about instant axes."""
+        return moved_by(position, movement)
+
+    def movement_between(self, position: FloatArray, other: FloatArray) -> FloatArray:
+        """Return the finite movement (n, 6) about instant axes from one position to another."""
+        return movement_between(position, other)
+
+    def gather(self, history: History, position: FloatArray, *, first: bool, keeps_lengths: bool = False) -> ContactSet:
+        """Return the contact points with their history; `first`: all are intact."""
+        self._answered.clear()
+        return gathered(self._given, history, position, self.size, first=first)
+
+    def commit(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> tuple[History, int]:
+        """Return the history after an accepted step, and the number of contacts that failed in it."""
+        return commit(contacts, at, self.size)
+
+    def searched_again(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> ContactSet:
+        """Return contacts as a search within a step finds them."""
+        return updated(contacts, at, self.size)
+
+    def worn(self, contacts: ContactSet, at: Evaluation) -> ContactSet:
+        """Return contacts as slip in an accepted step has left them."""
+        return worn(contacts, at)
+
+    def some(self, contacts: ContactSet, rows: IntArray, block: IntArray) -> ContactSet:
+        """Return some of the contacts, their blocks renumbered (n,)."""
+        return contacts.some(rows, block)
+
+    def mean_contact_force(self, at: Evaluation) -> float:
+        """Return the mean force of the contacts that bear [N]."""
+        size = np.hypot(at.pressure, at.size)[at.closed]
+        return float(size[size > 0].mean()) if (size > 0).any() else 0.0
+
+    def stiffness_sums(self, contacts: ContactSet, at: Evaluation) -> tuple[float, float]:
+        """Return the sums of normal and shear stiffness of the contacts within tolerance [N/m]."""
+        near = contacts.within_tolerance
+        return float(at.normal_stiffness[near].sum()), float(contacts.shear_stiffness[near].sum())
+
+    def max_relative_movement(self, contacts: ContactSet, movement: FloatArray) -> float:
+        """Return the largest relative movement of neighbouring blocks [m]."""
+        blocks = contacts.candidates.block_a, contacts.candidates.block_b
+        largest: float = max_relative_movement(*blocks, movement, self.block_size)
+        return largest
+
+    def shares_inside(self, position: FloatArray, block: IntArray) -> FloatArray:
+        """Return zeros (k,): blocks touch on the polygons of the start alone, and do not sink into others unseen."""
+        return np.zeros(len(block))
+
+    def tangent(
+        self, contacts: ContactSet, at: Evaluation, pattern: BlockPattern, regularization: float = 0.0
+    ) -> FloatArray:
+        """Return the 6 x 6 blocks of the contacts' tangent."""
+        return tangent_stiffness(contacts, at, pattern.place, len(pattern.column), regularization)
+
+    def first_tangent(self, contacts: ContactSet, at: Evaluation, pattern: BlockPattern) -> FloatArray:
+        """Return the elastic tangent of a step from rest."""
+        return self.tangent(contacts, sticking(contacts, at, contacts.within_tolerance), pattern)
+
+    def elastic_tangent(self, contacts: ContactSet, at: Evaluation, pattern: BlockPattern) -> FloatArray:
+        """Return the stiffest possible tangent."""
+        return self.tangent(contacts, sticking(contacts, at, elastic_contacts(contacts, at, self.size)), pattern)
