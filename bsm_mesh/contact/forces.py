@@ -21,7 +21,7 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.contact.shear_springs import Growing, Springs
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of, signed
 from bsm_mesh.model.strength import law_name
 
 # Contacts whose response is evaluated in one go: temporary arrays stay in the cache. As many are worth a thread in
@@ -280,9 +280,9 @@ def respond(
         pressed, tried = np.where(rubs, pressure[k], 0.0), np.where(rubs, trial[k], 0.0)
         with _named(law, pressed):
             answer = law.respond(pressed, np.abs(tried), length[k], *memory_of(law, failed[k], path[k]))
-        way = np.copysign(1.0, tried)  # laws know magnitudes
-        answer = replace(answer, shear=way * answer.shear, by_pressure=way * answer.by_pressure)
-        answer = replace(answer, strength=np.where(rubs, answer.strength, 0.0), sticking=answer.sticking & rubs)
+        answer = replace(
+            signed(answer, tried), strength=np.where(rubs, answer.strength, 0.0), sticking=answer.sticking & rubs
+        )
         if len(pieces) == 1:
             return answer
         for name, values in whole.items():

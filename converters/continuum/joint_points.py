@@ -17,7 +17,7 @@ from bsm_mesh.contact.shear_springs import Growing, Springs
 from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState
 from bsm_mesh.converters.continuum.rock_faces import interface_dilations, interface_laws, interface_tensions
 from bsm_mesh.converters.continuum.tangents import PointStiffness
-from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, closure, memory_of, wear_length_of
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, closure, memory_of, signed, wear_length_of
 from bsm_mesh.model.model import Model
 
 TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
@@ -281,7 +281,8 @@ class JointPoints:
             rows = self.joint == number
             law = self.laws[number]
             memory = memory_of(law, history.failed[rows], history.slip_path[rows])
-            answer = law.respond(pressure[rows], trial[rows], self.length[rows], *memory)
+            magnitude = np.abs(trial[rows])
+            answer = signed(law.respond(pressure[rows], magnitude, self.length[rows], *memory), trial[rows])
             for values, name in zip(found, names, strict=True):
                 values[rows] = getattr(answer, name)
         return found

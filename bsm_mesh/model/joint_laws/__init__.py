@@ -13,6 +13,7 @@ from bsm_mesh.model.joint_laws.law import (
     StraightLaw,
     WearingLaw,
     memory_of,
+    signed,
     wear_length_of,
 )
 from bsm_mesh.model.joint_laws.mohr_coulomb import MohrCoulomb
@@ -44,5 +45,6 @@ __all__ = [
     "WearingLaw",
     "memory_of",
     "refuse_factor",
+    "signed",
     "wear_length_of",
 ]

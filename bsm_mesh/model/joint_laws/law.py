@@ -11,7 +11,7 @@ That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -137,6 +137,12 @@ class ReducibleLaw(JointLaw, Protocol):
         factor : float
             More than 1 weakens, less strengthens.
         """
+
+
+def signed(answer: JointResponse, trial: FloatArray) -> JointResponse:
+    """Return a law's answer with the signs of the trial shears (m,) in the plane: laws know magnitudes."""
+    way = np.copysign(1.0, trial)
+    return replace(answer, shear=way * answer.shear, by_pressure=way * answer.by_pressure)
 
 
 def cut_to_strength(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: BoolArray) -> JointResponse:
