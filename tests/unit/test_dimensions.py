@@ -22,7 +22,7 @@ SHARED = [  # folders and files, without those of `OF_THE_PLANE`
     ),
     *(f"results/{name}.py" for name in ("movement", "spread")),
 ]
-OF_THE_PLANE = {"solve/continuation/plane.py", "solve/continuation/evidence.py", "solve/continuation/wang.py"}
+OF_THE_PLANE = {f"solve/continuation/{name}.py" for name in ("plane", "evidence", "wang", "shaken")}
 OF_BOLTS = {"bolt_sums"}  # functions: bolts are the plane's
 NUMBERS = (2, 3, 6)  # dimensions, and numbers that say how a block has moved
 NAMES = {"hypot", "arctan2", "area", "polar", "outlines", "edge_vectors", "atan2"}
