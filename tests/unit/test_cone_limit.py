@@ -8,6 +8,7 @@ import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
+from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 from bsm_mesh.three_d.limit.strength import ConeStrength, cone_strength
 from tests.scenes.rock_3d import WEDGES, dome, tunnel_rock, wedge_factor, wedge_rock
 from tests.unit.test_polyhedra import box, rotation
@@ -139,6 +140,20 @@ def test_a_contact_without_a_law_bears_whatever_comes():
     assert found.admissible
     pulled = ConeStrength.coulomb(analysis.points.area, 35, 10.0)
     assert not analysis.analyse(weights(blocks.moments, np.ones(2), (0, 0, 1)), pulled).admissible
+
+
+@pytest.mark.parametrize(("pressure", "admissible"), [(0.0, True), (12.4e3, True), (12.6e3, False), (26.1e3, False)])
+def test_water_in_a_joint_takes_pressure_off_it(pressure, admissible):
+    """(W - U) tan(30) = 0.3 W at U = 12.49 kPa of a cube of 26 kN."""
+    rock = three_d.RockMass(
+        box=((0, 0, -1), (1, 1, 1)), joints=[three_d.JointPlane(name="A", dip=0, dip_direction=0, point=(0, 0, 0))]
+    )
+    blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
+    joint = bsm.Joint("A", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))
+    materials = Materials.checked(blocks, [bsm.Rock("rock", unit_weight=26e3)], [joint], None)
+    free, both = ["top", "west", "east", "south", "north"], np.ones(2, dtype=bool)
+    given = {"free": free, "gravity": (0.3, 0, -1), "joint_pressure": {"A": pressure}}
+    assert analyse_rock(blocks, materials, both, **given).admissible == admissible
 
 
 def test_materials_give_every_contact_its_law():

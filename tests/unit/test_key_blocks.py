@@ -17,6 +17,7 @@ from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.key_blocks.modes import FALLS, ONE, STAYS, TWO, movements, removable
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 from tests.scenes.rock_3d import WEDGES, tunnel_rock, wedge_factor, wedge_rock
+from tests.unit.test_polyhedra import rotation
 
 ROUNDING = 1e-9  # of factors
 ROCK = [bsm.Rock("rock", unit_weight=26e3)]
@@ -64,9 +65,12 @@ def test_removable_blocks_are_those_whose_cone_holds_a_direction(planes):
 
 def test_a_block_between_parallel_planes_can_leave_along_them():
     normals = np.array([[(0, 0, 1), (0, 0, -1), (0, 0, 0)], [(0, 0, 1), (0, 0, -1), (1, 0, 0)], [(0, 0, 0)] * 3], float)
+    turn = rotation(7).T
     assert removable(normals).all()
+    assert removable(normals @ turn).all()
     closed = np.array([[(0, 0, 1), (0, 0, -1), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)]], float)
     assert not removable(closed).any()
+    assert not removable(closed @ turn).any()
 
 
 @pytest.mark.parametrize("name", WEDGES)
@@ -130,6 +134,29 @@ def test_a_cube_on_a_plane():
     shaken = slab(40, joints=[joint("J1", 30)], gravity=(0.2, 0, -1))
     press, pull = np.cos(a) - 0.2 * np.sin(a), np.sin(a) + 0.2 * np.cos(a)
     assert_allclose(shaken.factor, press * slope / pull, rtol=ROUNDING)
+
+
+def test_faces_in_one_plane_bear_together():
+    """A cube on two blocks side by side, gravity turned by 40 degrees: both faces bear cohesion."""
+    rock = three_d.RockMass(
+        box=((0, 0, -1), (1, 1, 1)),
+        joints=[
+            three_d.JointPlane(name="J1", dip=0, dip_direction=0, point=(0, 0, 0)),
+            three_d.JointPlane(name="J1", dip=90, dip_direction=0, point=(0.5, 0.3, -0.5), radius=0.4),
+        ],
+    )
+    blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
+    a, W = np.radians(40), 26e3
+    found = bsm.key_blocks(
+        blocks,
+        rocks=ROCK,
+        joints=[joint("J1", 30, 5e3)],
+        free=["top", "west", "east", "south", "north"],
+        gravity=(np.sin(a), 0, -np.cos(a)),
+    )
+    (row,) = np.flatnonzero(found.removable)
+    assert len(blocks.contact_polygons.of(int(found.block[row]))) == 2
+    assert_allclose(found.factor[row], (W * np.cos(a) * np.tan(np.radians(30)) + 5e3) / (W * np.sin(a)), rtol=ROUNDING)
 
 
 def test_other_laws_have_their_own_strength():

@@ -11,7 +11,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, show_only
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.polygons import next_corner, owner_of_corner
-from bsm_mesh.three_d.blocks.polygons import PolygonMoments, bent_corners, polygon_moments, sums, tangents
+from bsm_mesh.three_d.blocks.polygons import PolygonMoments, bent_corners, polygon_moments, sums
 
 PointRule = Literal["corners", "both"]
 
@@ -187,20 +187,11 @@ def contact_polygons(
 def _corner_areas(polygons: ContactPolygons) -> FloatArray:
     """Return the area that every corner stands for where corners bear all of it, (n_corners,) [m2].
 
-    Half of the two triangles beside it, changed by as little as makes first moments about the centroid vanish (least
-    squares): on general polygons halves of triangles alone would turn a uniform pressure into a moment.
+    Half of the two triangles beside it. As these have their tip in the centroid, first moments about it vanish.
     """
-    owner, following = owner_of_corner(polygons.offsets), next_corner(polygons.offsets)
-    moments, count = polygons.moments, polygons.count
+    following = next_corner(polygons.offsets)
     before = np.empty_like(following)
     before[following] = np.arange(len(following))
-    area = (moments.triangle_area + moments.triangle_area[before]) / 2
-    arm = (polygons.corners - moments.centroid[owner]) / np.sqrt(moments.area)[owner, None]
-    across = [np.einsum("ij,ij->i", arm, tangent[owner]) for tangent in tangents(moments.normal)]
-    basis = np.stack([np.ones(len(arm)), *across], axis=1)
-    products = sums(owner, (basis[:, :, None] * basis[:, None, :]).reshape(-1, 9), count).reshape(-1, 3, 3)
-    missing = -sums(owner, area[:, None] * basis, count)
-    missing[:, 0] += moments.area
-    change = np.linalg.solve(products, missing[:, :, None])[:, :, 0]
-    changed: FloatArray = area + np.einsum("ij,ij->i", basis, change[owner])
-    return changed
+    triangle = polygons.moments.triangle_area
+    area: FloatArray = (triangle + triangle[before]) / 2
+    return area
