@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "out" / "coverage"
 PACKAGES = ("bsm_mesh", "converters", "geometries")
 LEAST = 95.0  # per cent, of each package
+DAILY = "not slow and not robust and not heavy"  # as in bootstrap.sh
 SHOWN = 15  # files
 
 
@@ -37,7 +38,7 @@ def run_tests(arguments: list[str], workers: int) -> int:
         f"data_file = {FOLDER / 'data'}\nsource =\n    {sources}\n",
         encoding="utf-8",
     )
-    pytest = ["-m", "pytest", "-q", "-n", str(workers), "--dist", "worksteal", "-m", "not slow", *arguments]
+    pytest = ["-m", "pytest", "-q", "-n", str(workers), "--dist", "worksteal", "-m", DAILY, *arguments]
     command = [sys.executable, "-m", "coverage", "run", f"--rcfile={settings}", *pytest]
     environment = {**os.environ, "COVERAGE_RCFILE": str(settings)}
     failed = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
