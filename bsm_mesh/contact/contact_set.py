@@ -52,8 +52,7 @@ def gather_contacts(
     within_tolerance = found.in_range & (found.gap <= recalled + near) & ~meeting
     fresh = ~known & within_tolerance
     offset = _remembered(history.offset, source, _offsets(found, fresh, meeting, near, (not first) * band, recalled))
-    failed = _remembered(history.failed, source, np.full(found.count, not first))
-    mated = _remembered(history.mated, source, np.full(found.count, first))
+    failed, mated = _since_the_start(history, source, properties.joint, first)
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)  # in situ, with a large gap too
     shear_stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length)
     entering = np.flatnonzero(found.entering_edge >= 0)
@@ -91,6 +90,17 @@ def _remembered(kept: NDArray[_Value], source: IntArray, arising: NDArray[_Value
     found, known = arising.copy(), source >= 0
     found[known] = kept[source[known]]
     return found
+
+
+def _since_the_start(history: History, source: IntArray, joint: IntArray, first: bool) -> tuple[BoolArray, BoolArray]:
+    """Return which contacts have failed or arose later, and which have been closed since the start, (m,) each.
+
+    Those that slide off their face onto one of another joint, or of rock, have not been there since the start.
+    """
+    elsewhere = (source >= 0) & (_remembered(history.joint, source, joint) != joint)
+    failed = _remembered(history.failed, source, np.full(len(joint), not first)) | elsewhere
+    mated = _remembered(history.mated, source, np.full(len(joint), first)) & ~elsewhere
+    return failed, mated
 
 
 def _tensions(

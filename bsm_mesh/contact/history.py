@@ -33,6 +33,8 @@ class History:
         Length that each stands for.
     parallel_edges : (k,) int8
         Edges at its corner that this was shared with: the most since it closed.
+    joint : (k,) int32
+        Number of the joint that it is in; -1 for unjointed rock.
     failed : (k,) bool
         Asperities sheared off, cohesion and tension lost; true for contacts that arose after the start.
     mated : (k,) bool
@@ -48,6 +50,7 @@ class History:
     offset: FloatArray
     length: FloatArray
     parallel_edges: IntArray
+    joint: IntArray
     failed: BoolArray
     mated: BoolArray
     slip_path: FloatArray
@@ -64,6 +67,7 @@ class History:
             offset=empty,
             length=empty,
             parallel_edges=np.zeros(0, np.int8),
+            joint=np.zeros(0, np.int32),
             failed=np.zeros(0, bool),
             mated=np.zeros(0, bool),
             slip_path=empty,
@@ -90,6 +94,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         offset=np.where(is_open, _offset_once_open(contacts)[kept], offset),
         length=contacts.candidates.length[kept],
         parallel_edges=contacts.candidates.parallel_edges[kept],
+        joint=contacts.joint[kept],
         failed=at.failed[kept],
         mated=contacts.mated[kept],
         slip_path=path[kept],
@@ -136,6 +141,7 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]
+    memory["failed"][stay] |= again.joint[stay] != before.joint[source]
     # What slip opened in the provisional step it has not yet.
     offset = again.dilating.opened(again.offset, again.slip_path, memory["slip_path"])
     return replace(again, offset=offset, **memory)

@@ -132,6 +132,7 @@ def _history(
         ],  # to the last digit no residual
         length=c.length[kept],
         parallel_edges=c.parallel_edges[kept],
+        joint=found.joint[kept],
         failed=found.failed[kept],
         mated=found.mated[kept],
         slip_path=found.slip_path[kept],

@@ -65,3 +65,37 @@ def test_contacts_closed_over_a_gap_overhang_the_ends_of_their_edges(gap):
     assert closed.sum() == 2
     assert again.within_tolerance[closed].all()
     assert (again.edge_overhang[closed] > 0).all()
+
+
+@pytest.mark.parametrize(
+    "rock",
+    [
+        bsm.Rock("r", unit_weight=25e3, young=20e9, poisson=0.25),
+        bsm.Rock("r", unit_weight=25e3, young=20e9, poisson=0.25, cohesion=1e7, friction=40, tensile_strength=5e6),
+    ],
+)
+@pytest.mark.parametrize(("push", "status"), [(0.34, "stable"), (0.39, "unstable")])
+def test_rock_beyond_the_end_of_a_joint_holds_nothing_that_slides_off_it(
+    rock: bsm.Rock, push: float, status: str
+) -> None:
+    """A block on two others is pushed, friction 20 degrees; it slides at 0.364 of its weight.
+
+    After 5 cm its joint has left the corner of the first block for a face of rock, which had the strength of intact
+    rock there: the block hung on it.
+    """
+    polygons = (
+        [(0, -1), (1, -1), (1, 0), (0, 0)],
+        [(1.2, -1), (4, -1), (4, 0), (1.2, 0)],
+        [(0.95, 0), (3, 0), (3, 1), (0.5, 1), (0.5, 0.2)],
+    )
+    blocks = bsm.Blocks.from_polygons([np.array(polygon, dtype=float) for polygon in polygons], rock="r")
+    level = (blocks.vertices[:, 1] == 0) & (blocks.vertices[blocks.following, 1] == 0)
+    blocks = replace(blocks, edge_joint=np.where(level, 0, -1).astype(np.int32), joint_names=("f",))
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[rock],
+        joints=[bsm.Joint("f", 1e10, 1e10, law=bsm.MohrCoulomb(friction=20))],
+        supports=[bsm.Fixed(blocks=[0, 1])],
+        loads=[bsm.PointLoad(block=2, point=(2, 0.5), force=(push * 25e3 * blocks.moments.area[2], 0))],
+    )
+    assert bsm.run(model).status == status
