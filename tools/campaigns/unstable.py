@@ -214,11 +214,12 @@ def examples() -> tuple[Example, ...]:
         _of_file("falling_table/rapid.toml", wedge, "slope.py"),
         Example("suspended block", SUSPENDED, suspended(tomllib.loads(SUSPENDED)), {"hung.msh": HUNG}),
         Example("slab on a group", SLAB, slab(tomllib.loads(SLAB)), {"slab.msh": slab_mesh(cut=True)}),
-        _along(),
+        _along("slab along a line", "regions"),
+        _along("slab of elements along a line", "elements"),
     )
 
 
-def _along() -> Example:
+def _along(name: str, blocks: str) -> Example:
     """Return the slab whose plane is a line of the model file, through the elements."""
-    text = SLAB.replace("[boundary.base]", f"along = {line()}\n[boundary.base]")
-    return Example("slab along a line", text, slab(tomllib.loads(text)), {"slab.msh": slab_mesh(cut=False)})
+    text = SLAB.replace("[boundary.base]", f"along = {line()}\n[boundary.base]").replace("regions", blocks)
+    return Example(name, text, slab(tomllib.loads(text)), {"slab.msh": slab_mesh(cut=False)})
