@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -109,20 +109,43 @@ def faults_of(
             found.append(f"{name}: {after.get(name, 0.0)!r} instead of {amount!r}")
     if len(find_overlaps(laid.vertices, laid.offsets, laid.nodes, laid.edge_table).pairs):
         found.append("overlaps")
-    domain, size = domain_of(given), float(np.sqrt(np.median(given.moments.area)))
-    near = GRAZING * size if close else 1e-9
+    size = float(np.sqrt(np.median(given.moments.area)))
     for joint, some in lines.items():
-        number = laid.joint_names.index(joint) if joint in laid.joint_names else len(laid.joint_names)
-        edges = np.flatnonzero(laid.edge_joint == number)
+        length = length_laid(given, laid, joint, some, "rim" if on_rim else "grazing" if close else "")
+        if abs(length.laid - length.near) > 1e-9 * max(length.near, 1e-3):
+            found.append(f"{length.laid!r} of {length.near!r} m of {joint} laid")
+        edges = _edges_of(laid, joint)
         drawn = shapely.union_all([shapely.linestrings(line) for line in some])
-        inside = float(shapely.length(drawn if on_rim else shapely.intersection(drawn, domain)))
-        with_rim = float(shapely.length(shapely.intersection(drawn, shapely.buffer(domain, near, join_style="mitre"))))
-        length, slack = _once(laid, edges), 1e-9 * max(with_rim, 1e-3)
-        if not inside - slack <= length <= with_rim + slack:
-            found.append(f"{length!r} of {inside!r} m of {joint} laid")
         if len(edges) and shapely.distance(drawn, shapely.points(laid.vertices[edges])).max() > 1e-6 * size:
             found.append(f"{joint} is off its line")
     return found
+
+
+@dataclass(frozen=True)
+class LaidLength:
+    """A joint's length as it is laid, and the nearest length of its lines that lies in the rock [m]."""
+
+    laid: float
+    near: float
+
+
+def length_laid(given: Blocks, laid: Blocks, joint: str, lines: list[np.ndarray], kind: str) -> LaidLength:
+    """Return the length of a joint that is laid along lines of a kind, by Shapely beside it.
+
+    Lines on the rim, or near it for some way, have a least and a greatest length in the rock.
+    """
+    domain, size = domain_of(given), float(np.sqrt(np.median(given.moments.area)))
+    near = GRAZING * size if kind in CLOSE else 1e-9
+    drawn = shapely.union_all([shapely.linestrings(line) for line in lines])
+    least = float(shapely.length(drawn if kind == "rim" else shapely.intersection(drawn, domain)))
+    most = float(shapely.length(shapely.intersection(drawn, shapely.buffer(domain, near, join_style="mitre"))))
+    length = _once(laid, _edges_of(laid, joint))
+    return LaidLength(laid=length, near=min(max(length, least), most))
+
+
+def _edges_of(blocks: Blocks, joint: str) -> np.ndarray:
+    number = blocks.joint_names.index(joint) if joint in blocks.joint_names else len(blocks.joint_names)
+    return np.flatnonzero(blocks.edge_joint == number)
 
 
 def _once(blocks: Blocks, edges: np.ndarray) -> float:
