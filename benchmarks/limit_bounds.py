@@ -13,11 +13,11 @@ from pathlib import Path
 from unittest.mock import patch
 
 from benchmarks.safety import STIFFNESS, model_of
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.model import Model
 from bsm_mesh.safety.bound import Limit, limit_of
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.limit import interior_point
-from bsm_mesh.solve.stages.falls import Falls
 from examples.numbers.pages import with_table
 
 PAGE = Path(__file__).parents[1] / "docs/decisions/0067-limit-analysis-by-clarabel-s-interior-point-method.md"

@@ -58,12 +58,12 @@ if TYPE_CHECKING:
         bolt_patterns,
         library,
     )
+    from bsm_mesh.model.falls import Falls
     from bsm_mesh.model.loads import Load
+    from bsm_mesh.model.options import Options
     from bsm_mesh.results import Results
     from bsm_mesh.safety import Failure, Measured, back_analysis, factor_of_safety, limit_value
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
-    from bsm_mesh.solve.options import Options
-    from bsm_mesh.solve.stages.falls import Falls
     from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
     from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 
@@ -71,8 +71,8 @@ if TYPE_CHECKING:
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
 _HOME = {
     "Results": "bsm_mesh.results",
-    "Options": "bsm_mesh.solve.options",
-    "Falls": "bsm_mesh.solve.stages.falls",
+    "Options": "bsm_mesh.model.options",
+    "Falls": "bsm_mesh.model.falls",
     "Polyhedra": "bsm_mesh.three_d.blocks.polyhedra",
     "key_blocks": "bsm_mesh.three_d.key_blocks.analysis",
     "Failure": "bsm_mesh.safety",

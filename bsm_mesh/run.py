@@ -12,8 +12,8 @@ from bsm_mesh.solving import Finished, Observer, Output, Snapshot, solve
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
+    from bsm_mesh.model.options import Options
     from bsm_mesh.results.results import Results
-    from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.scheme import Reporter
 
 
@@ -83,7 +83,7 @@ def run(
     stable -2.6e-05
     """
     from bsm_mesh.model.model import Model
-    from bsm_mesh.solve.options import Options
+    from bsm_mesh.model.options import Options
 
     if not isinstance(options, Options | None):
         raise ModelError(f"run: options = {options!r} must be bsm.Options(...)")

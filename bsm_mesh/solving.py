@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from bsm_mesh.arrays import IntArray
     from bsm_mesh.flow.coupling import FlowCoupling
     from bsm_mesh.model.model import Model
+    from bsm_mesh.model.options import Options
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.records import StageResult, StepRecord
     from bsm_mesh.results.results import Results
     from bsm_mesh.solve.continuation.plan import Route
-    from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.checkpoint import Resumption
     from bsm_mesh.solve.stages.scheme import Reporter, Scheme
 

@@ -12,10 +12,10 @@ from typing import Any
 from bsm_mesh.commands.study_file import SafetyTable, Study
 from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solving import solve
 from bsm_mesh.studies.sampling import Value
 from bsm_mesh.studies.scatter import Scatter, scatter_joint

@@ -14,8 +14,8 @@ from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.folder.storage import load_results
 from bsm_mesh.folder.summary import code_digest, fingerprint, versions
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.results.results import Results
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.checkpoint import Checkpoint
 
 CHANGED = {  # entries of an identity, and what it means that they differ

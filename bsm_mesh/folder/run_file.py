@@ -15,6 +15,7 @@ from bsm_mesh.files import write_text
 from bsm_mesh.folder.result_tables import OutputForm, TableForm
 from bsm_mesh.folder.resume import identity_of, take_up
 from bsm_mesh.folder.run_writer import RunWriter
+from bsm_mesh.model.options import Options
 from bsm_mesh.modelfile.build import build_model, inputs_of, output_folder
 from bsm_mesh.modelfile.model_file import read_model_file
 from bsm_mesh.modelfile.model_tables import ModelFile
@@ -22,7 +23,6 @@ from bsm_mesh.modelfile.model_text import MODEL, Given, as_run, tables_of
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.results.results import Results
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.checkpoint import Resumption
 from bsm_mesh.solving import Finished, Observer, Output, Snapshot, refuse_one_route, solve
 from bsm_mesh.solving import spread as with_spread

@@ -29,6 +29,7 @@ from bsm_mesh.model.loads import (
 )
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model_faults import model_faults
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import DIRECTION, GRAVITY_PART
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import GIVEN_SUPPORTS, Bars, Support, unit_vector
@@ -38,7 +39,6 @@ from bsm_mesh.model.water import Water
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from bsm_mesh.solve.options import Options
 
 PlanePoints = Literal["ends", "gauss"]
 ContactPoints = PlanePoints | Literal["both", "corners"]
@@ -162,8 +162,6 @@ class Model:
         rules.a_thing("flow", self.flow, Flow, optional=True)
         rules.a_thing("face_water", self.face_water, FaceWater, optional=True)
         if self.options is not None:
-            from bsm_mesh.solve.options import Options
-
             rules.a_thing("options", self.options, Options, optional=True)
         rules.numbers(self)
         raise_faults(rules.faults)

@@ -15,6 +15,7 @@ from bsm_mesh.errors import MeshWarning, ModelError, one_line, placed, raise_fau
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import beyond_usual
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import MERGE_TOLERANCE
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.modelfile.build_bolts import make_bolts
@@ -36,7 +37,6 @@ from bsm_mesh.modelfile.model_file import read_model_file
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.unused import unused_notes
-from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport

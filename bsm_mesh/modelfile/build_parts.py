@@ -10,11 +10,13 @@ from pydantic import ValidationError
 
 from bsm_mesh.errors import ModelError, placed, raise_faults
 from bsm_mesh.model.beside import unknown_stages
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS, JointLaw
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import quantities_of
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
@@ -34,8 +36,6 @@ from bsm_mesh.modelfile.model_tables import (
     WaterTable,
 )
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages.falls import Falls
 
 NEEDS_LAW = (
     'a joint with {} needs the key \'law\': "mohr_coulomb" (cohesion carries shear from the start), "patton" (cohesion '

@@ -7,8 +7,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from bsm_mesh.model import quantities as q
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSitu
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantity import convert, schema_of
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
@@ -18,8 +20,6 @@ from bsm_mesh.modelfile.flow_tables import FlowChangeTable, FlowTable
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import BoundaryTable, MeshTable, PathText, Table
 from bsm_mesh.modelfile.units import Force, Level, LinearStress, LinearStressPair, Lines, Point, Region
-from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages.falls import Falls
 
 
 def _fix(value: object) -> object:

@@ -29,7 +29,7 @@ from bsm_mesh.text.beside_tables import NAME, table_of
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
-    from bsm_mesh.solve.options import Options
+    from bsm_mesh.model.options import Options
 
 MODEL, MESH = "model.toml", "mesh.vtu"
 AS_RUN = "# The model as run by bsm-mesh: every default, SI units. The next run into this folder replaces it.\n"

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from bsm_mesh.model.model import Model
+    from bsm_mesh.model.options import Options
     from bsm_mesh.results.check import Check
     from bsm_mesh.results.histories import HistorySeries, Recorded
     from bsm_mesh.results.spread import RouteEnd
-    from bsm_mesh.solve.options import Options
 
 
 Source: TypeAlias = "str | os.PathLike[str] | Results"

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import PROCESSES, TRIALS, WIDTH
 from bsm_mesh.model.values import Rules
 from bsm_mesh.results.movement import FAR
@@ -16,7 +17,6 @@ from bsm_mesh.safety.bracket import Bracket, Verdict
 from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Trial
 from bsm_mesh.safety.mechanism import Mechanism, mechanism_of
-from bsm_mesh.solve.options import Options
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,12 +9,12 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import angles, distances
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.stages.as_built import as_built, part_of, small_blocks
-from bsm_mesh.solve.stages.falls import Falls
 
 MOVES = 1e-6  # of the greatest velocity in a mechanism
 

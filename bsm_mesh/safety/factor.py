@@ -11,6 +11,7 @@ from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.in_stage import model_up_to, resting_stage
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.values import Rules
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
@@ -19,7 +20,6 @@ from bsm_mesh.safety.bracket import Bracket, Range
 from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Search
 from bsm_mesh.safety.trials import STARTS, Reduction, Start, StrengthTrials, strength_trials
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.as_built import counted_blocks
 
 LEAST, GREATEST = 0.05, 20.0  # factors beyond are not tried

@@ -10,6 +10,7 @@ from typing import TypeAlias
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.in_stage import model_up_to, resting_stage
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options, with_unit
 from bsm_mesh.safety.bound import Limit
@@ -17,7 +18,6 @@ from bsm_mesh.safety.bracket import Range
 from bsm_mesh.safety.criterion import Ended, Failure
 from bsm_mesh.safety.driver import Search
 from bsm_mesh.safety.trials import ended, limited
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.as_built import counted_blocks
 
 ModelAt: TypeAlias = Callable[[float], Model]

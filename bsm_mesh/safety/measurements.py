@@ -14,6 +14,7 @@ from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.in_stage import resting_stage
 from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import COORDINATE
 from bsm_mesh.model.values import Rules
 from bsm_mesh.movements import lengths
@@ -24,7 +25,6 @@ from bsm_mesh.safety.bracket import Bracket, Verdict
 from bsm_mesh.safety.criterion import Ended, Failure, Judgement
 from bsm_mesh.safety.driver import Search, Trial
 from bsm_mesh.safety.limits import ModelAt, ValueTrials, range_of
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.as_built import counted_blocks
 
 Component = Literal["x", "y", "total"]

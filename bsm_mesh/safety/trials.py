@@ -10,12 +10,12 @@ from typing import Literal, TypeAlias
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.in_stage import model_up_to, stage_number, strength_in_stage
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
 from bsm_mesh.movements import distances
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.criterion import Ended
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Resumption
 from bsm_mesh.solving import solve
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bsm_mesh.model.options import Options
 from bsm_mesh.solve.continuation.pace import Pace
 from bsm_mesh.solve.continuation.plan import Phase
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.motion.following import is_fast
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.system import System

@@ -23,6 +23,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.movements import distances
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
@@ -33,7 +34,6 @@ from bsm_mesh.solve.continuation.state import CycleMemory, LoopState
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.attempt import Attempt, Iterate
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.factorization import Factors

@@ -10,6 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.results.movement import as_given
@@ -25,7 +26,6 @@ from bsm_mesh.solve.continuation.state import ContinuationState, LoopState
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory, result_of
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from bsm_mesh.arrays import ROUNDING, FloatArray
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.results.shaking import imbalance_of
@@ -24,7 +25,6 @@ from bsm_mesh.solve.motion.following import SETTINGS as FOLLOWING
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.system import Contacts
 

@@ -10,10 +10,10 @@ from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import place
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.movements import distances
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.continuation.state import CollapseMemory
-from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.step.system import Contacts, System
 
 

@@ -15,8 +15,8 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import counted, place
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.solve.linear.system import LinearSystem
-from bsm_mesh.solve.options import Options
 
 EPSILON = float(np.finfo(float).eps)
 

@@ -16,12 +16,12 @@ from bsm_mesh.errors import MAX_NAMED, ModelError, raise_faults
 from bsm_mesh.flow.coupling import FlowCoupling
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of, of_unusual_rocks
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.solve.algebra.block_matrix import block_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
 from bsm_mesh.solve.linear.closure import closure_faults
 from bsm_mesh.solve.linear.system import LinearSystem
-from bsm_mesh.solve.options import Options
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -16,6 +16,7 @@ from bsm_mesh.errors import MAX_NAMED, SingularMatrixError
 from bsm_mesh.model.joint_laws import Elastic
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
@@ -32,7 +33,6 @@ from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.bolts.tangent import bolt_tangent
 from bsm_mesh.solve.linear.state import LinearState
 from bsm_mesh.solve.linear.system import LinearSystem, Solution
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
 

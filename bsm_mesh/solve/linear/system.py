@@ -11,6 +11,7 @@ from bsm_mesh.contact.kernels import add_contact_forces, spring_forces
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, constrain, fill_stiffness
 from bsm_mesh.solve.algebra.constraints import build_constraints
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
@@ -18,7 +19,6 @@ from bsm_mesh.solve.algebra.loads import external_loads, mean_force, reference_w
 from bsm_mesh.solve.algebra.mechanisms import FreePart, free_parts
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
-from bsm_mesh.solve.options import Options
 
 GOOD_RESIDUAL = 1e-11  # over the reference weight, at which refinement ends: five orders below the usual tolerance
 

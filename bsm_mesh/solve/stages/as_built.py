@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.in_stage import model_in_stage, model_up_to, resting_stage
 from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.model.loads import point_forces_of
@@ -15,7 +16,6 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, presence
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import bars_of
-from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.stages.new_faces import concatenate, pressure_on_new_faces
 
 

@@ -2,61 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Annotated, Literal, get_args
+from dataclasses import replace
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import counted, numbered, raise_faults
-from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.errors import counted, numbered
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import SHARE
-from bsm_mesh.model.values import Rules
 from bsm_mesh.movements import distances, translations
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, Status
-
-OnFall = Literal["stop", "remove"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Falls:
-    """What is done with blocks that come down.
-
-    Attributes
-    ----------
-    ignore_below : float
-        Smaller blocks, by their share of the mean area (in space: volume), are taken away when they come loose, and do
-        not count for the verdict: slivers of a mesh, chips. 0: every block counts.
-    on_fall : {"stop", "remove"}
-        ``"stop"``: the stage is unstable, and the run ends. ``"remove"``: whatever comes down is listed and taken away,
-        as a roof is scaled, and the others go on: the stage is stable after falls where they come to rest.
-
-    Examples
-    --------
-    >>> import bsm_mesh as bsm
-    >>> bsm.Falls().ignore_below, bsm.Falls(on_fall="remove").on_fall
-    (0.01, 'remove')
-    """
-
-    ignore_below: Annotated[float, SHARE] = 0.01
-    on_fall: OnFall = "stop"
-
-    def __post_init__(self) -> None:
-        rules = Rules("falls")
-        rules.numbers(self)
-        rules.choice("on_fall", self.on_fall, get_args(OnFall))
-        raise_faults(rules.faults)
-
-    def small(self, blocks: Blocks, counted_blocks: BoolArray) -> BoolArray:
-        """Return which blocks (n,) are too small to count; the mean is that of the blocks (n,) that may move."""
-        bulk = blocks.moments.bulk
-        mean = float(bulk[counted_blocks].mean()) if counted_blocks.any() else 0.0
-        small: BoolArray = bulk < self.ignore_below * mean
-        return small
-
-    def takes_away(self, small: BoolArray) -> bool:
-        """Return whether the run goes on without blocks that come down, (k,) of which are small."""
-        return small.size > 0 and (self.on_fall == "remove" or bool(small.all()))
 
 
 def falls_of(

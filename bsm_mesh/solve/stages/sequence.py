@@ -13,6 +13,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import counted, named_stage
 from bsm_mesh.flow.coupling import FlowCoupling
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
@@ -21,7 +22,6 @@ from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.records import ContactForces, StageResult
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Resumption
-from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.stages.new_faces import forces_on_new_faces, pressure_on_new_faces
 from bsm_mesh.solve.stages.scheme import Checker, Finished, Observer, Prover, Recording, Reporter, Scheme
 from bsm_mesh.solve.stages.solution import Analysis, StageSolution, StageState

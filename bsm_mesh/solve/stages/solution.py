@@ -12,6 +12,7 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import ModelError, counted, numbered
 from bsm_mesh.flow.coupling import FlowCoupling, FlowState
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
@@ -23,7 +24,7 @@ from bsm_mesh.results.movement import displacement_of, moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
-from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
+from bsm_mesh.solve.stages.falls import after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Prover, Recording, Scheme
 from bsm_mesh.solve.stages.shaken import notes_on_shaking

@@ -10,10 +10,10 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.heap import give_back
+from bsm_mesh.model.options import Options
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, upper_triangle, whole_pattern
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
-from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.system import Contacts, System
 
 WORTH_GIVING_BACK = 200_000  # [blocks]; below, free heap memory is worth less than mapping it anew
