@@ -38,8 +38,11 @@ def column(height, azimuth, dip):
     return model_in_space(turned(turned(solids, rotation(azimuth, 0)), rotation(0, dip)), friction=70, kn=1e10, ks=1e10)
 
 
+FALLS = pytest.mark.heavy  # blocks are followed until they fall: seconds
+
+
 @pytest.mark.parametrize(("height", "azimuth"), [(2, 0), (2, 20), (3, 45)])
-@pytest.mark.parametrize(("beyond", "status"), [(-0.01, "stable"), (0.05, "unstable")])
+@pytest.mark.parametrize(("beyond", "status"), [(-0.01, "stable"), pytest.param(0.05, "unstable", marks=FALLS)])
 def test_a_column_topples_where_its_weight_leaves_its_base(height, azimuth, beyond, status):
     """Tan dip = b / (h max(cos, sin)): the nearest edge lies nearer than the corners."""
     angle = np.radians(azimuth)
@@ -48,7 +51,7 @@ def test_a_column_topples_where_its_weight_leaves_its_base(height, azimuth, beyo
 
 
 @pytest.mark.parametrize("name", WEDGES)
-@pytest.mark.parametrize(("share", "status"), [(0.999, "stable"), (1.001, "unstable")])
+@pytest.mark.parametrize(("share", "status"), [(0.999, "stable"), pytest.param(1.001, "unstable", marks=FALLS)])
 def test_a_wedge_slides_on_two_planes_as_hoek_and_bray_say(name, share, status):
     """Strength over the factor of limit equilibrium; a thousandth less stands, a thousandth more falls."""
     first, second, face, top, height, friction, cohesion, weight = WEDGES[name]
@@ -101,7 +104,8 @@ def arch(count, thickness):
 
 
 @pytest.mark.parametrize(
-    ("count", "thickness", "status"), [(9, 0.2, "stable"), (15, 0.2, "stable"), (15, 0.08, "unstable")]
+    ("count", "thickness", "status"),
+    [(9, 0.2, "stable"), (15, 0.2, "stable"), pytest.param(15, 0.08, "unstable", marks=FALLS)],
 )
 def test_an_arch_of_the_plane_is_a_slice_of_space(count, thickness, status):
     """Its verdict, and where it stands its displacements to a thousandth: corners of faces are the ends of edges."""
@@ -166,6 +170,7 @@ def test_what_loses_its_pillar_falls(two_pillars, on_fall, status):
     assert (results.status, fell) == (status, [5])
 
 
+@FALLS
 def test_the_factor_of_safety_is_found_by_the_same_search():
     exact = np.tan(np.radians(FRICTION)) / np.tan(np.radians(20))
     found = bsm.factor_of_safety(on_incline(20))
