@@ -1,0 +1,76 @@
+"""What a model of polyhedra refuses, in which words, and what knows polygons alone."""
+
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.three_d.model.parts import some_polyhedra
+from tests.scenes.polyhedra import box, model_in_space, on_incline
+
+
+def fault(match):
+    return pytest.raises(bsm.ModelError, match=re.escape(match))
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"gravity_direction": -80.0}, "gravity_direction: with polyhedra z is up"),
+        ({"contact_points": "gauss"}, 'contact_points: polyhedra take "both"'),
+        ({"supports": [bsm.Roller(boundary="b", direction=0)]}, "polyhedra are held by Fixed(blocks=...)"),
+        ({"supports": [bsm.Fixed(blocks=[7])]}, "there is no block 7; blocks are numbered 0 to 1"),
+        ({"supports": [bsm.Fixed(boundary="top")]}, "there is no boundary 'top'"),
+        ({"loads": [bsm.PointLoad(block=1, point=(0, 0), force=(1, 0))]}, "polyhedra take Pressure(boundary=..."),
+        ({"water": bsm.Water(table=[(0, 1)])}, "water: not for polyhedra yet"),
+        ({"joints": ()}, "joint 'J1' is not defined"),
+    ],
+)
+def test_a_model_of_polyhedra_refuses_what_is_for_the_plane(changes, match):
+    with fault(match):
+        on_incline(0).replace(**changes)
+
+
+def test_polygons_have_no_contact_points_of_polyhedra():
+    blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="r")
+    with fault('contact_points = "both" is for polyhedra'):
+        bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=26e3)], contact_points="both")
+
+
+@pytest.mark.parametrize(
+    ("options", "changes", "match"),
+    [
+        (bsm.Options(scheme="linear"), {}, "scheme = 'linear' is for the plane"),
+        (bsm.Options(), {"supports": ()}, "no support holds it"),
+        (bsm.Options(), {"rocks": [bsm.Rock("granite", unit_weight=0.0)]}, "nothing loads the model"),
+    ],
+)
+def test_a_run_of_polyhedra_is_refused_before_it_begins(options, changes, match):
+    with fault(match):
+        bsm.run(on_incline(0).replace(**changes), options)
+
+
+def test_what_knows_polygons_alone_says_so(tmp_path):
+    results = bsm.run(on_incline(10), bsm.Options(threads=1))
+    for ask in (results.plot, results.to_pandas, results.to_meshio, results.model.plot):
+        with fault("knows blocks in the plane only, and these are polyhedra"):
+            ask()
+    with fault("Results.save: knows blocks in the plane only"):
+        results.save(tmp_path / "out")
+    with fault("limit analysis: knows blocks in the plane only"):
+        bsm.limit_analysis(results.model)
+    assert not list(tmp_path.iterdir())
+
+
+def test_some_of_the_blocks_keep_their_faces():
+    """The faces against what is gone become outer ones, turned outward; contacts of the others stay."""
+    solids = [box((0, 0, i), (1, 1, i + 1)) for i in range(4)]
+    whole = model_in_space(solids).blocks
+    part, face = some_polyhedra(whole, np.array([True, False, True, True]))
+    assert part.count == 3
+    assert_allclose(part.moments.centroid[:, 2], [0.5, 2.5, 3.5])
+    (kept,) = part.contact_polygons.face
+    (between,) = whole.contact_polygons.face[(whole.contact_polygons.block_a + whole.contact_polygons.block_b) == 5]
+    assert face[kept] == between
