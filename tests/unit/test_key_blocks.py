@@ -159,6 +159,21 @@ def test_faces_in_one_plane_bear_together():
     assert_allclose(found.factor[row], (W * np.cos(a) * np.tan(np.radians(30)) + 5e3) / (W * np.sin(a)), rtol=ROUNDING)
 
 
+def test_a_model_has_all_that_is_asked_for():
+    blocks, given = roof(), {"excavated": ["cavern"], "free": ["south", "north"]}
+    held = bsm.Fixed(blocks=tuple(blocks.boundary_blocks("top", "east", "west").tolist()))
+    model = bsm.Model(blocks=blocks, rocks=ROCK, joints=[joint("J1")], supports=[held])
+    by_model, by_parts = (
+        bsm.key_blocks(model, **given),
+        bsm.key_blocks(blocks, rocks=ROCK, joints=[joint("J1")], **given),
+    )
+    assert by_model.modes == by_parts.modes
+    assert_allclose(by_model.factor, by_parts.factor)
+    plane = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="rock")
+    with pytest.raises(bsm.ModelError, match=r"the blocks must be bsm.Polyhedra\(...\)"):
+        bsm.key_blocks(bsm.Model(blocks=plane, rocks=ROCK), free=["top"])
+
+
 def test_other_laws_have_their_own_strength():
     law = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=25)
     found = slab(40, joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=law)])

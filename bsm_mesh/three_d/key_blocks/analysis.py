@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -36,11 +37,31 @@ class _Given:
     thrust: FloatArray  # of contact polygons: water pressure times area [N]
 
 
+class RockModel(Protocol):
+    """What is taken of a `Model`."""
+
+    @property
+    def blocks(self) -> Any:
+        """The blocks, polyhedra."""
+
+    @property
+    def rocks(self) -> Sequence[Rock]:
+        """A rock for every name in the blocks."""
+
+    @property
+    def joints(self) -> Sequence[Joint]:
+        """A joint for every name in the blocks."""
+
+    @property
+    def default_joint(self) -> str | None:
+        """Joint of the faces that bear none."""
+
+
 def key_blocks(
-    blocks: Polyhedra,
+    blocks: Polyhedra | RockModel,
     *,
-    rocks: Sequence[Rock],
-    joints: Sequence[Joint],
+    rocks: Sequence[Rock] = (),
+    joints: Sequence[Joint] = (),
     free: Sequence[str] = (),
     excavated: Sequence[str] = (),
     default_joint: str | None = None,
@@ -51,13 +72,12 @@ def key_blocks(
 ) -> KeyBlocks:
     """Return how every block at a free face moves by block theory, and its factor of safety by limit equilibrium.
 
-    Blocks translate, and stress in the rock around them counts for nothing. Goodman & Shi (1985), Block theory and its
-    application to rock engineering; of a wedge the factor of Hoek & Bray (1981), Rock slope engineering, Appendix 2.
+    Blocks translate; stress around them counts for nothing (Goodman & Shi 1985; Hoek & Bray 1981, Appendix 2).
 
     Parameters
     ----------
-    blocks : Polyhedra
-        The rock.
+    blocks : Polyhedra or Model
+        The rock; a model has rocks, joints and the default joint too, and its supports and loads count for nothing.
     rocks, joints : sequence of Rock, of Joint
         Unit weights, and laws of the joints; a joint without a law does not slip.
     free : sequence of str
@@ -65,7 +85,7 @@ def key_blocks(
     excavated : sequence of str
         Excavations that are open; blocks along them have free faces too.
     default_joint : str, optional
-        Joint of the faces between blocks that bear none; where not given they are faces of rock.
+        Joint of the faces between blocks that bear none; else they are faces of rock.
     gravity : (float, float, float)
         Force over weight: straight down by default, with parts to the side for an earthquake.
     joint_pressure : mapping of str to float, optional [Pa]
@@ -94,8 +114,18 @@ def key_blocks(
     4
     """
     _check_numbers(required, rounds)
-    given, present = _given(blocks, rocks, joints, default_joint, gravity, joint_pressure or {}, excavated, free)
+    rock = _rock_of(blocks, rocks, joints, default_joint)
+    given, present = _given(*rock, gravity, joint_pressure or {}, excavated, free)
     return _in_rounds(given, free, present, float(required), rounds)
+
+
+def _rock_of(
+    blocks: Polyhedra | RockModel, rocks: Sequence[Rock], joints: Sequence[Joint], default_joint: str | None
+) -> tuple[Polyhedra, Sequence[Rock], Sequence[Joint], str | None]:
+    """Return blocks, rocks, joints and default joint, those of a model where it is given."""
+    if isinstance(blocks, Polyhedra):
+        return blocks, rocks, joints, default_joint
+    return blocks.blocks, blocks.rocks, blocks.joints, blocks.default_joint
 
 
 def _in_rounds(given: _Given, free: Sequence[str], present: BoolArray, required: float, rounds: int) -> KeyBlocks:
@@ -138,6 +168,8 @@ def _given(
     free: Sequence[str],
 ) -> tuple[_Given, BoolArray]:
     """Return what is given, checked, and which blocks are there."""
+    if not isinstance(blocks, Polyhedra):
+        raise ModelError("key blocks: the blocks must be bsm.Polyhedra(...); in the plane run the model")
     materials = Materials.checked(blocks, rocks, joints, default_joint)
     faults = [
         f"{kind}: there is no {kind} '{name}'{nearest(name, known)}"
