@@ -330,3 +330,14 @@ def test_where_rock_is_proved_to_move_block_theory_names_a_block_that_moves():
             assert np.isin(np.flatnonzero(speed > 0.01), found.block[found.unstable]).any()
             proved += answer.witness.proves
     assert proved >= 3
+
+
+@pytest.mark.heavy
+def test_blocks_that_a_run_moves_are_named_by_block_theory():
+    blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock(2.5)))
+    held = blocks.boundary_blocks(*(name for name in blocks.boundaries if name != "tunnel"))
+    joints = [joint(f"J{k}") for k in (1, 2, 3)]
+    model = bsm.Model(blocks=blocks, rocks=ROCK, joints=joints, supports=[bsm.Fixed(blocks=tuple(held.tolist()))])
+    found, moved = bsm.key_blocks(model, free=["tunnel"]), bsm.run(model).unstable_blocks
+    assert moved.size
+    assert np.isin(moved, found.block[found.unstable]).all()
