@@ -42,7 +42,7 @@ def fault(match):
         ({"gravity_direction": np.inf}, "model: gravity_direction = inf is not a finite number [degrees]"),
         (
             {"contact_points": "end"},
-            "model: contact_points = 'end' is unknown; did you mean 'ends'? (known: ends, gauss)",
+            "model: contact_points = 'end' is unknown; did you mean 'ends'? (known: both, corners, ends, gauss)",
         ),
         (
             {"supports": (bsm.Fixed(boundary="tp"),)},

@@ -17,7 +17,6 @@ from bsm_mesh.errors import ModelError
 
 TOLERANCE = 1e-10  # of feasibility and of the gap, sought
 ENOUGH = 1e-8  # of both, where rounding allows no more: what HiGHS leaves is 1e-7
-ITERATIONS = 200  # 10 to 30 are usual
 REGULARIZATION = 1e-7  # of the matrices: with Clarabel's own 1e-8 one program in six near its limit is given up (D0067)
 TENTHS = 7  # shares of its slack, 1, 0.1, ..., that the multiplier of a bound which is met exceeds: clear cut first
 PASSES = 4  # of refinement: each leaves what `NEARNESS` is of the squares of the least singular value
@@ -116,7 +115,6 @@ def solve_conic(cost: FloatArray, matrix: csc_array, right: FloatArray, cones: S
     """
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.max_iter = ITERATIONS
     settings.direct_solve_method = "qdldl"  # on one thread: the same to the last digit every time
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
     settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ENOUGH
