@@ -23,7 +23,7 @@ from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.cycles import Cycles
 from bsm_mesh.solve.motion.masses import Weighed, projectors, spring_sums
 from bsm_mesh.solve.motion.threads import Share, advance_window, strips
-from bsm_mesh.solve.motion.window_columns import columns_of, near, share_of, strength_lines
+from bsm_mesh.solve.motion.window_columns import Columns, columns_of, near, share_of, strength_lines
 from bsm_mesh.solve.step.block_system import BlockSystem
 
 
@@ -36,10 +36,14 @@ class ExplicitMotion(Cycles):
     def _begin(self) -> None:
         """Set the contacts that may close within a window, and their columns."""
         self._strips = self._strips or strips(self.system.centroid, self._step.factors.options.threads)
+        self._rows, self._columns = self._near()
+
+    def _near(self) -> tuple[IntArray, Columns]:
+        """Return the contacts (k,) that may close within a window, and their columns."""
         contacts, at, d = self.contacts, self.residual.at, self.system.d
         rows = near(contacts, at, 3 * self._settings.window * d)
         lines = strength_lines(contacts, at, self.system.catalogue.laws)
-        self._rows, self._columns = rows, columns_of(contacts, at, lines, rows)
+        return rows, columns_of(contacts, at, lines, rows)
 
     def _sums(self) -> FloatArray:
         return spring_sums(self.system, self._weighed(), self._settings.heavier_bolts)

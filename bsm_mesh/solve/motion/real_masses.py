@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.contact_columns import SingleArray
@@ -84,15 +84,13 @@ class RealMasses(Masses):
         root = (linear + np.sqrt(linear**2 + 4 * square)) / (2 * square)
         return float((root**2).max(initial=0.0)) / self._shaking.time_step**2
 
-    def dashpots(self, weighed: Weighed) -> SingleArray:
+    def dashpots(self, a: IntArray, b: IntArray, normal_stiffness: SingleArray | FloatArray) -> SingleArray:
         """Return the dashpots of contacts (k,): `Shaking.contact_damping` times the critical ones."""
-        a, b, columns = weighed
         if self._shaking.contact_damping == 0:
             return np.zeros(len(a), np.float32)
         inverse = np.where(self._system.prescribed_blocks, 0.0, 1 / self.mass[:, 0])
         both = inverse[a] + inverse[b]
-        stiffness = columns["normal_stiffness"].astype(np.float64)
-        critical = 2 * np.sqrt(stiffness / np.where(both > 0, both, np.inf))
+        critical = 2 * np.sqrt(normal_stiffness.astype(np.float64) / np.where(both > 0, both, np.inf))
         dashpots: SingleArray = (self._shaking.contact_damping * critical).astype(np.float32)
         return dashpots
 
