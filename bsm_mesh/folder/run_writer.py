@@ -29,6 +29,7 @@ from bsm_mesh.folder.own_files import (
 )
 from bsm_mesh.folder.result_tables import USUAL, OutputForm, write_tables
 from bsm_mesh.folder.results_folder import ResultsFolder, told_fault
+from bsm_mesh.folder.shaking_files import write_shaking
 from bsm_mesh.folder.snapshots import Snapshots
 from bsm_mesh.folder.summary import fingerprint, finished_stages, summary_text
 from bsm_mesh.modelfile.model_text import Given
@@ -259,7 +260,7 @@ class RunWriter:
         from bsm_mesh.converters.result_files import write_lists
 
         write_history(results, self._place)
-        self._note([HISTORY, *write_histories(results, self._place)])
+        self._note([HISTORY, *write_histories(results, self._place), *write_shaking(results, self._place)])
         self._note(write_tables(results, self._place, self._form))
         return write_lists(results.stages, self._place, self._snapshots.instants if self._steps else None)
 

@@ -16,6 +16,7 @@ from bsm_mesh.folder.history import HISTORY, read_history
 from bsm_mesh.folder.result_tables import USUAL, OutputForm
 from bsm_mesh.folder.run_writer import RunWriter
 from bsm_mesh.folder.saved_results import SavedResults, damage_told, find_results
+from bsm_mesh.folder.shaking_files import read_shaking, with_times
 from bsm_mesh.folder.summary import read_summary
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.blocks import Blocks
@@ -171,6 +172,7 @@ def _load_stage(
         values[here] = rows
         return values
 
+    shaking = read_shaking(told["shaking"], number, saved.content, saved.folder) if "shaking" in told else None
     return StageResult(
         name=told["name"],
         status=Status(told["status"]),
@@ -193,7 +195,8 @@ def _load_stage(
         start_residual=told["start_residual"],
         residual=told["residual"],
         reference_weight=told["reference_weight"],
-        steps=tuple(step for step in steps if step.stage == number),
+        steps=with_times(tuple(step for step in steps if step.stage == number), shaking),
+        shaking=shaking,
         notes=tuple(told["notes"]),
         falls=tuple(_fall(fall, given) for fall in told.get("falls", ())),
         **_evidence(saved, number),

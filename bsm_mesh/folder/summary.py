@@ -16,6 +16,7 @@ import numpy as np
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.older_results import NEXT, brought_up
 from bsm_mesh.folder.own_files import SUMMARY, is_inside
+from bsm_mesh.folder.shaking_files import shaking_summary
 from bsm_mesh.movements import translations
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.flow import FlowResult
@@ -131,6 +132,7 @@ def _stage_summary(results: Results, stage: StageResult) -> dict[str, Any]:
         "total_water": translations(stage.water).sum(axis=0).tolist(),
         **({"joint_water": joint_water} if joint_water else {}),
         **({"flow": flow_summary(stage.flow)} if stage.flow is not None else {}),
+        **({"shaking": shaking_summary(stage.shaking)} if stage.shaking is not None else {}),
         "uplifted_blocks": stage.uplifted_blocks.tolist(),
         "total_reaction": stage.total_reaction.tolist(),
         "notes": list(stage.notes),

@@ -116,6 +116,23 @@ def test_energies_balance_with_dashpots_whatever_the_windows():
     assert_allclose(found[0].energy[-1, 6], found[1].energy[-1, 6], rtol=0.1)
 
 
+@pytest.mark.filterwarnings("ignore:model.toml is not written")
+def test_results_of_a_shaken_stage_come_back_from_their_folder(tmp_path):
+    watched = [bsm.History(name="b", block=1)]
+    results = bsm.run(block_on_plane(replace(HARD, every=0.25), friction=0.3, histories=watched))
+    results.save(tmp_path / "out")
+    again = bsm.Results.load(tmp_path / "out")
+    one, other = results.stages[-1].shaking, again.stages[-1].shaking
+    assert again.stages[0].shaking is None
+    for name in ("time", "energy", "peak_velocity", "peak_acceleration", "slip_energy", "heavier", "imbalance"):
+        assert_array_equal(getattr(one, name), getattr(other, name))
+    assert [step.time for step in results.stages[-1].steps] == [step.time for step in again.stages[-1].steps]
+    path = tmp_path / "out" / "energy.csv"
+    path.write_text(path.read_text().replace("0.25", "0.26", 1))
+    with pytest.raises(bsm.ModelError, match=r"energy\.csv"):
+        bsm.Results.load(tmp_path / "out")
+
+
 def test_a_verdict_says_what_it_means():
     stage = bsm.run(block_on_plane(HARD, friction=0.2)).stages[-1]
     assert any("survived this record; that is no factor of safety" in note for note in stage.notes)

@@ -1,0 +1,105 @@
+"""energy.csv and shaken_blocks.csv: energies over time and peaks of blocks in stages that are shaken."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.files import whole_file
+from bsm_mesh.results.records import StepRecord
+from bsm_mesh.results.results import Results
+from bsm_mesh.results.shaking import ENERGIES, ShakingResult
+from bsm_mesh.text.csv_tables import CsvWriter
+
+ENERGY, PEAKS = "energy.csv", "shaken_blocks.csv"
+SCALARS = ("end_velocity", "time_step", "cycles", "windows", "heaviest", "imbalance")
+_TIMES = ("time [s]", "base_acceleration [m/s2]", *(f"{name} [N]" for name in ENERGIES))
+_PEAKS = ("peak_velocity [m/s]", "peak_acceleration [m/s2]", "heavier")
+SHAKEN = "shaking"  # the method of a step that is a time of the shaking
+
+
+def write_shaking(results: Results, folder: Path) -> list[str]:
+    """Write the files of all stages that are shaken, one below the other; return their names."""
+    shaken = [(number, stage, stage.shaking) for number, stage in enumerate(results.stages) if stage.shaking]
+    if not shaken:
+        return []
+    with whole_file(folder / ENERGY) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        writer = CsvWriter(file)
+        writer.writerow(["stage", "stage_name", *_TIMES])
+        for number, stage, one in shaken:
+            table = np.column_stack([one.time, one.base_acceleration, one.energy])
+            writer.writerows([number, stage.name, *row] for row in table.tolist())
+    with whole_file(folder / PEAKS) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        writer = CsvWriter(file)
+        writer.writerow(["stage", "stage_name", "block", *_PEAKS])
+        for number, stage, one in shaken:
+            peaks = zip(one.peak_velocity.tolist(), one.peak_acceleration.tolist(), one.heavier.tolist(), strict=True)
+            writer.writerows([number, stage.name, block, *row[:2], int(row[2])] for block, row in enumerate(peaks))
+    return [ENERGY, PEAKS]
+
+
+def shaking_summary(shaking: ShakingResult) -> dict[str, Any]:
+    """Return what the summary keeps of a stage that is shaken."""
+    return {name: getattr(shaking, name) for name in SCALARS} | {"slip_energy": shaking.slip_energy.tolist()}
+
+
+def read_shaking(told: dict[str, Any], number: int, content: Callable[[str], bytes], folder: Path) -> ShakingResult:
+    """Return how a stage was shaken.
+
+    Parameters
+    ----------
+    told : dict
+        What the summary keeps of it.
+    number : int
+        Of the stage.
+    content : callable
+        Returns what a file holds.
+    folder : Path
+        Where the files are, for messages.
+
+    Raises
+    ------
+    ModelError
+        If a file is not of this stage.
+    """
+    try:
+        times, peaks = (_rows(content(name), number, titles) for name, titles in ((ENERGY, _TIMES), (PEAKS, _PEAKS)))
+        return ShakingResult(
+            time=times[:, 0],
+            base_acceleration=times[:, 1],
+            energy=times[:, 2:],
+            peak_velocity=peaks[:, 0],
+            peak_acceleration=peaks[:, 1],
+            heavier=peaks[:, 2] > 0,
+            slip_energy=np.array(told["slip_energy"], dtype=np.float64),
+            end_velocity=float(told["end_velocity"]),
+            time_step=float(told["time_step"]),
+            cycles=int(told["cycles"]),
+            windows=int(told["windows"]),
+            heaviest=float(told["heaviest"]),
+            imbalance=float(told["imbalance"]),
+        )
+    except (KeyError, TypeError, ValueError, csv.Error):
+        raise ModelError(f"{folder}: {ENERGY} or {PEAKS} is damaged; run the model again") from None
+
+
+def _rows(content: bytes, number: int, titles: tuple[str, ...]) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return the columns of a stage, (k, columns)."""
+    rows = csv.DictReader(io.StringIO(content.decode(), newline=""))
+    found = [[float(row[title]) for title in titles] for row in rows if int(row["stage"]) == number]
+    return np.array(found, dtype=np.float64).reshape(len(found), len(titles))
+
+
+def with_times(steps: tuple[StepRecord, ...], shaking: ShakingResult | None) -> tuple[StepRecord, ...]:
+    """Return the steps of a stage with the times of those in which it was shaken."""
+    if shaking is None:
+        return steps
+    times = iter(shaking.time[1:].tolist())
+    return tuple(replace(step, time=next(times, None)) if step.method == SHAKEN else step for step in steps)
