@@ -141,7 +141,7 @@ class WaterTable(Table):
     )
 
 
-@keys_of(Stage, without=("loads",))
+@keys_of(Stage, without=("loads", "shaking"))
 class StageTable(Table):
     """A stage: what is taken away, put back and changed."""
 
