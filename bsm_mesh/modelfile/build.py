@@ -145,7 +145,7 @@ def build_model(
     ground = _collect(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
     water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
     flow = _collect(faults, [] if file.flow is None else [partial(make_flow, file.flow)])
-    stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
+    stages = _collect(faults, [partial(make_stage, table, reach) for table in file.stage])
     stage_names = [INITIAL, *(table.name for table in file.stage)]
     histories = _collect(faults, [partial(make_history, table, reach, stage_names) for table in file.history])
     options = _collect(faults, [partial(make_options, file.solver, file.falls)])

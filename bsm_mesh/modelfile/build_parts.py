@@ -18,6 +18,7 @@ from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Trac
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import quantities_of
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.model.water import Water
@@ -30,12 +31,14 @@ from bsm_mesh.modelfile.model_tables import (
     HistoryTable,
     InSituTable,
     LoadTable,
+    ShakingTable,
     SolverTable,
     StageTable,
     SupportTable,
     WaterTable,
 )
 from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.record_files import read_record
 
 NEEDS_LAW = (
     'a joint with {} needs the key \'law\': "mohr_coulomb" (cohesion carries shear from the start), "patton" (cohesion '
@@ -175,11 +178,25 @@ def make_options(solver: SolverTable, falls: FallsTable) -> Options:
     return Options(**solver.model_dump(), falls=Falls(**falls.model_dump()))
 
 
-def make_stage(table: StageTable) -> Stage:
+def make_shaking(table: ShakingTable, place: str, reach: Reach | None) -> Shaking:
+    """Return how the ground is shaken; a record of a file is read if it may be."""
+    given = given_in(table, Shaking, without=("record", "mass_damping"))
+    record: Any = table.record
+    if isinstance(record, str):
+        if reach is None:
+            raise ModelError(f"{place}: a stage with a record from a file cannot be varied; give [times, values]")
+        record = read_record(reach.path(record, "record"), given["quantity"])
+    damping = None if table.mass_damping is None else (table.mass_damping.ratio, table.mass_damping.frequency)
+    with placed(place):
+        return Shaking(**given, record=record, mass_damping=damping)
+
+
+def make_stage(table: StageTable, reach: Reach | None = None) -> Stage:
     """Return a stage."""
     place = f"stage '{table.name}'"
     return Stage(
-        **given_in(table, Stage, without=("water", "flow", "gravity")),
+        **given_in(table, Stage, without=("water", "flow", "gravity", "shaking")),
+        shaking=None if table.shaking is None else make_shaking(table.shaking, place, reach),
         water=None if table.water is None else make_water(table.water, place),
         flow=None if table.flow is None else make_flow_change(table.flow, f"{place}: flow"),
         loads=tuple(make_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),

@@ -12,6 +12,7 @@ from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSitu
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantity import convert, schema_of
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.bolt_tables import BoltTable
@@ -141,6 +142,25 @@ class WaterTable(Table):
     )
 
 
+class MassDampingTable(Table):
+    """Drag on all blocks by their masses: part of critical damping at a frequency."""
+
+    ratio: Annotated[float, q.DAMPING]
+    frequency: Annotated[float, q.FREQUENCY]
+
+
+@keys_of(Shaking, without=("record", "mass_damping"))
+class ShakingTable(Table):
+    """Shaking of all supports together, by a record or a waveform."""
+
+    record: PathText | list[list[float]] | None = Field(
+        default=None,
+        description="table (CSV) of time and acceleration or velocity, units in its header, or a file of PEER (.at2), "
+        "relative to the model file; or [times, values] in s and m/s^2 or m/s",
+    )
+    mass_damping: MassDampingTable | None = Field(default=None, description="drag on all blocks; default: none")
+
+
 @keys_of(Stage, without=("loads", "shaking"))
 class StageTable(Table):
     """A stage: what is taken away, put back and changed."""
@@ -161,6 +181,7 @@ class StageTable(Table):
     gravity: StageGravityTable | None = Field(
         default=None, description="pseudo-static earthquake from here on; default: as before"
     )
+    shaking: ShakingTable | None = Field(default=None, description="how the ground is shaken; nothing else changes")
 
 
 OneOrSeveral = Annotated[

@@ -19,6 +19,7 @@ from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import Reduced, law_name
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
@@ -220,8 +221,6 @@ def _water(water: Water) -> Content:
 
 
 def _stage(stage: Stage) -> Content:
-    if stage.shaking is not None:
-        raise NoFormError("its shaking has no form in a model file")
     table = _fields(stage, "water", "flow", "loads", "strength", "gravity", "shaking") | {
         "load": [_load(load) for load in stage.loads]
     }
@@ -229,9 +228,20 @@ def _stage(stage: Stage) -> Content:
         table["strength"] = dict(stage.strength)
     if stage.gravity is not None:
         table["gravity"] = dict(zip(("horizontal", "vertical"), stage.gravity, strict=True))
+    if stage.shaking is not None:
+        table["shaking"] = _shaking(stage.shaking)
     if stage.flow is not None:
         table["flow"] = flow_content(stage.flow)
     return table if stage.water is None else table | {"water": _water(stage.water)}
+
+
+def _shaking(shaking: Shaking) -> Content:
+    table = _fields(shaking, "record", "mass_damping")
+    if shaking.record is not None:
+        table["record"] = [list(part) for part in shaking.record]
+    if shaking.mass_damping is not None:
+        table["mass_damping"] = dict(zip(("ratio", "frequency"), shaking.mass_damping, strict=True))
+    return table
 
 
 def _history(history: History) -> Content:

@@ -116,7 +116,6 @@ def test_energies_balance_with_dashpots_whatever_the_windows():
     assert_allclose(found[0].energy[-1, 6], found[1].energy[-1, 6], rtol=0.1)
 
 
-@pytest.mark.filterwarnings("ignore:model.toml is not written")
 def test_results_of_a_shaken_stage_come_back_from_their_folder(tmp_path):
     watched = [bsm.History(name="b", block=1)]
     results = bsm.run(block_on_plane(replace(HARD, every=0.25), friction=0.3, histories=watched))

@@ -1,0 +1,65 @@
+"""Records of earthquakes: tables (CSV) of time and value, and the files of the PEER strong-motion database (.at2)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.base_motion import GRAVITY
+from bsm_mesh.model.shaking import MotionQuantity, Series
+from bsm_mesh.reading import read_text
+from bsm_mesh.table_rows import Rows, read_rows
+
+SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
+ACCELERATIONS = {"m/s2": 1.0, "m/s^2": 1.0, "g": GRAVITY, "cm/s2": 0.01, "cm/s^2": 0.01, "gal": 0.01, "mm/s2": 1e-3}
+VELOCITIES = {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3}
+STEP = re.compile(r"\bDT\s*=\s*([\d.]+(?:[eE][-+]?\d+)?)", re.IGNORECASE)
+HEADER_OF_PEER = 4  # lines
+
+
+def read_record(path: Path, quantity: MotionQuantity) -> Series:
+    """Return times [s] and accelerations [m/s2] or velocities [m/s] of a file.
+
+    Raises
+    ------
+    ModelError
+        If it is no such table, or no number stands where one is to be.
+    """
+    if path.suffix.lower() == ".at2":
+        return _of_peer(path, quantity)
+    rows = read_rows(path, "a record: time and value")
+    values = [name for name in rows.names if name in (quantity, "value")]
+    if "time" not in rows.names or len(values) != 1:
+        raise ModelError(
+            f"{path}: a record needs the columns 'time' and '{quantity}' (or 'value'); its header has "
+            f"{', '.join(rows.header)}"
+        )
+    units = ACCELERATIONS if quantity == "acceleration" else VELOCITIES
+    faults: list[str] = []
+    time = _column(rows, "time", SECONDS, "s", faults)
+    value = _column(rows, values[0], units, next(iter(units)), faults)
+    raise_faults(faults)
+    return time, value
+
+
+def _column(rows: Rows, name: str, units: dict[str, float], example: str, faults: list[str]) -> tuple[float, ...]:
+    """Return a column in SI units; faults are added where a cell is no finite number."""
+    column = rows.names.index(name)
+    factor = rows.factor(column, units, example)
+    return tuple(factor * rows.finite(row, column, faults) for row in range(len(rows.cells)))
+
+
+def _of_peer(path: Path, quantity: MotionQuantity) -> Series:
+    """Return the record of a file of PEER: accelerations in g, at times that its header tells."""
+    if quantity != "acceleration":
+        raise ModelError(f"{path}: an .at2 file holds accelerations; remove quantity = '{quantity}'")
+    lines = read_text(path).splitlines()
+    found = STEP.search(" ".join(lines[:HEADER_OF_PEER]))
+    if found is None or float(found[1]) <= 0:
+        raise ModelError(f"{path}: its first four lines have no time step (DT = 0.01); is it a file of PEER?")
+    try:
+        values = tuple(GRAVITY * float(word) for line in lines[HEADER_OF_PEER:] for word in line.split())
+    except ValueError as error:
+        raise ModelError(f"{path}: {error}") from None
+    return tuple(float(found[1]) * number for number in range(len(values))), values

@@ -1,0 +1,78 @@
+"""Shaking in a model file: records of tables and of PEER, waveforms, faults, and the model that was run."""
+
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.model.base_motion import GRAVITY
+from bsm_mesh.modelfile.record_files import read_record
+from tests.scenes.shaken import block_on_plane
+
+PEER = "PEER\nA\nB\nNPTS= 3, DT= .1000 SEC\n 0.0 .5E+00\n -.25\n"
+CSV = "time [s],acceleration [g]\n0.0,0.0\n0.1,0.5\n0.2,-0.25\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "quantity", "values"),
+    [
+        ("a.csv", CSV, "acceleration", [0, 0.5 * GRAVITY, -0.25 * GRAVITY]),
+        ("b.csv", "Time (ms);Velocity (cm/s)\n0;0,0\n100;1,5\n200;2,0\n", "velocity", [0, 0.015, 0.02]),
+        ("c.csv", "time,value\n0,0\n0.1,1\n0.2,2\n", "acceleration", [0, 1, 2]),
+        (
+            "d.AT2",
+            "PEER\nA\nB\nNPTS= 3, DT= .1000 SEC\n 0.0 .5E+00\n -.25\n",
+            "acceleration",
+            [0, 0.5 * GRAVITY, -0.25 * GRAVITY],
+        ),
+    ],
+)
+def test_records_are_read_in_their_units(tmp_path, name, text, quantity, values):
+    path = tmp_path / name
+    path.write_text(text)
+    time, found = read_record(path, quantity)
+    assert_allclose(time, [0, 0.1, 0.2], atol=1e-12)
+    assert_allclose(found, values, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "quantity", "fault"),
+    [
+        ("a.csv", "t,x\n0,1\n", "acceleration", "needs the columns 'time' and 'acceleration'"),
+        ("b.csv", "time,acceleration [ft]\n0,1\n1,2\n", "acceleration", "ft"),
+        ("c.csv", "time,velocity\n0,x\n1,2\n", "velocity", "no finite number"),
+        ("d.at2", "PEER\nA\nB\nNPTS= 3\n0.1\n", "acceleration", "no time step"),
+        ("e.at2", "PEER\nA\nB\nDT= 0.1\n0.1 x\n", "acceleration", "'x'"),
+        ("f.at2", "PEER\nA\nB\nDT= 0.1\n0.1\n", "velocity", "holds accelerations"),
+    ],
+)
+def test_faulty_records_end_in_a_message(tmp_path, name, text, quantity, fault):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(bsm.ModelError, match=fault):
+        read_record(path, quantity)
+
+
+SHAKINGS = {
+    "record": bsm.Shaking(record=([0.0, 0.1, 0.3], [0.0, 2.5, -1.0]), quantity="velocity", mass_damping=(0.02, 2.0)),
+    "waveform": bsm.Shaking(waveform="sine", frequency=5.0, amplitude=3.0, cycles=2, direction=30.0, every=0.1),
+}
+
+
+@pytest.mark.parametrize("name", SHAKINGS)
+def test_the_model_that_was_run_is_written_and_read_back(tmp_path, name):
+    model = block_on_plane(SHAKINGS[name], friction=0.4)
+    results = bsm.run(model)
+    results.save(tmp_path / "out")
+    again = bsm.load(tmp_path / "out" / "model.toml")
+    assert again.stages == model.stages
+    text = (tmp_path / "out" / "model.toml").read_text()
+    if name == "record":
+        (tmp_path / "out" / "quake.csv").write_text("time [s],velocity [m/s]\n0,0\n0.1,2.5\n0.3,-1\n")
+        start, end = text.index("record = ["), text.index("]\n", text.index("record = [")) + 2
+        while text[start:end].count("[") != text[start:end].count("]"):
+            end = text.index("]\n", end) + 2
+        (tmp_path / "out" / "other.toml").write_text(f'{text[:start]}record = "quake.csv"\n{text[end:]}')
+        assert bsm.load(tmp_path / "out" / "other.toml").stages == model.stages
+    (tmp_path / "out" / "bad.toml").write_text(text.replace("[stage.shaking]", "[stage.shaking]\nevery_s = 1"))
+    with pytest.raises(bsm.ModelError, match="every_s"):
+        bsm.load(tmp_path / "out" / "bad.toml")
