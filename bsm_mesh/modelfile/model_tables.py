@@ -153,7 +153,7 @@ class MassDampingTable(Table):
 class ShakingTable(Table):
     """Shaking of all supports together, by a record or a waveform."""
 
-    record: PathText | list[list[float]] | None = Field(
+    record: PathText | list[list[Annotated[float, q.MOTION]]] | None = Field(
         default=None,
         description="table (CSV) of time and acceleration or velocity, units in its header, or a file of PEER (.at2), "
         "relative to the model file; or [times, values] in s and m/s^2 or m/s",

@@ -135,6 +135,7 @@ def test_results_of_a_shaken_stage_come_back_from_their_folder(tmp_path):
 def test_a_verdict_says_what_it_means():
     stage = bsm.run(block_on_plane(HARD, friction=0.2)).stages[-1]
     assert any("survived this record; that is no factor of safety" in note for note in stage.notes)
+    assert not any("mass scaling" in note for note in stage.notes)
     assert any("permanent displacement up to" in note for note in stage.notes)
     record = replace(HARD, record=([0, 1, 2], [0, 1, 1]))
     assert any("no baseline" in note for note in bsm.run(block_on_plane(record, friction=0.5)).stages[-1].notes)

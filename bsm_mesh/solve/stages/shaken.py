@@ -33,7 +33,7 @@ def notes_on_shaking(model: Model, stage: StageResult) -> Iterator[str]:
     if stage.status.is_stable:
         yield "the blocks survived this record; that is no factor of safety"
     yield _movement(stage, found)
-    if found.heaviest > 1:
+    if found.heavier.any():
         yield (
             f"mass scaling: {counted(int(found.heavier.sum()), 'block')} were heavier than real for a time, the "
             f"heaviest {found.heaviest:.3g} times"
