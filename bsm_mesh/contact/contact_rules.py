@@ -19,7 +19,15 @@ from bsm_mesh.contact.history_transfer import (
 from bsm_mesh.contact.narrow_phase import DROPPED, KEPT, UNDECIDED
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
-from bsm_mesh.contact.same_place import are_duals, are_opposing, closed_on_both, is_closing, is_face, same_vertices
+from bsm_mesh.contact.same_place import (
+    are_duals,
+    are_opposing,
+    at_one_node,
+    closed_on_both,
+    is_closing,
+    is_face,
+    same_vertices,
+)
 
 
 @njit(nogil=True)
@@ -83,11 +91,14 @@ def _resolve_pair(
 ) -> None:  # pragma: no cover - compiled
     """Mark the rows of one pair, with both roles, as kept or dropped.
 
-    (1) Active contacts end off their edge; one edge per corner; one of two duals. (2) History that no active contact
-    continues is transferred to the nearest candidate. (3) New contacts must not start with a large penetration.
-    (4) One edge per corner, and (5) no dual of a closed contact. Active contacts take precedence over new ones, closed
-    ones over open ones. (6) What has been decided so takes over what open contacts remember.
+    Before all others (0): what has passed a node may lie on the line beyond. (1) Active contacts end off their edge;
+    one edge per corner; one of two duals. (2) History that no active contact continues is transferred to the nearest
+    candidate. (3) New contacts must not start with a large penetration. (4) One edge per corner, and (5) no dual of a
+    closed contact. Active contacts take precedence over new ones, closed ones over open ones. (6) What has been decided
+    so takes over what open contacts remember.
     """
+    for i in range(rows.size):
+        _lay_beyond(vertices, h, rules, rows, i)
     if active.size > 0:
         for i in range(rows.size):
             match_history(active, h, rules, rows[i])
@@ -112,6 +123,25 @@ def _resolve_pair(
             if rows[i].state == UNDECIDED and is_closing(h, rules, rows[i]) == closing:
                 _keep_unless_dual(vertices, h, band, rules, rows, i)
     recall_open(vertices, blocks, active, h, rules, rows)
+
+
+@njit(forceinline=True)
+def _lay_beyond(
+    vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
+) -> None:  # pragma: no cover - compiled
+    """Let row i bear if its corner has passed a node, its face lies on the line beyond, and nothing bears at the node.
+
+    The node bears itself until the face has turned away from it, and the corner on the line beyond while it reaches it.
+    """
+    if rows[i].beyond < rules.min_overlap * h:
+        return
+    for j in range(rows.size):
+        reaches = rows[j].corner == rows[i].corner and rows[j].edge != rows[i].edge
+        if rows[j].in_range and (reaches or at_one_node(vertices, rows[i], rows[j])):
+            return
+    rows[i].corner_gap, rows[i].parallel_edges = 0.0, 1
+    rows[i].overlap += rows[i].beyond
+    rows[i].length = 0.5 * rows[i].overlap
 
 
 @njit(forceinline=True)

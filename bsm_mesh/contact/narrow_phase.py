@@ -19,14 +19,13 @@ DROPPED, UNDECIDED, KEPT = -1, 0, 1  # marks in a row's state, set by `contact_r
 FULL = -1  # returned where the table of rows has no space left
 ROW = np.dtype(  # a candidate, as in `search.Candidates`
     [
-        *((name, "f8") for name in ("gap", "tangential", "edge_length", "overlap", "length", "corner_gap")),
+        *((name, "f8") for name in ("gap", "tangential", "edge_length", "overlap", "length", "corner_gap", "beyond")),
         *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "predecessor")),
         ("recalled", "i4"),
         ("opposing_candidate", "i4"),
         ("entering_edge", "i4"),
         ("parallel_edges", "i1"),
         ("in_range", "?"),
-        ("beyond_node", "?"),  # lies on the other side of a node from which the line goes on: what it shares is there
         ("was_vertex_contact", "?"),  # was a corner-corner contact; now edges of both corners lie on each other
         ("state", "i1"),
     ],
@@ -137,12 +136,7 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
     from_end = min(abs(row.tangential), abs(row.tangential - row.edge_length))
     short = overlap < min(rules.min_overlap * h, 0.5 * shorter)
     end_to_end = parallel_edge >= 0 and from_end < rules.min_overlap * h and short
-    row.beyond_node = False
-    if end_to_end:
-        further = _overlap_beyond(vertices, rules, row)
-        row.beyond_node = further >= rules.min_overlap * h
-        end_to_end = not row.beyond_node
-        overlap += further if row.beyond_node else 0.0
+    row.beyond = _overlap_beyond(vertices, rules, row) if end_to_end else 0.0
     row.parallel_edge, row.overlap = parallel_edge, overlap
     row.parallel_edges = 0 if end_to_end else parallel_edges
     row.length = 0.5 * overlap if row.parallel_edges > 0 and overlap > 0.0 else rules.corner_share * h

@@ -19,10 +19,19 @@ def are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -
     v_starts, v_ends = f == v, vertices[f].following == v
     if not ((w_starts or w_ends) and (v_starts or v_ends)):
         return False
-    faces = one.parallel_edge >= 0 and other.parallel_edge >= 0 and not (one.beyond_node or other.beyond_node)
-    if faces and not ((w_starts and v_ends) or (w_ends and v_starts)):
+    if one.parallel_edge >= 0 and other.parallel_edge >= 0 and not ((w_starts and v_ends) or (w_ends and v_starts)):
         return False  # the two ends of a short face
     return bool(np.hypot(vertices[v].x - vertices[w].x, vertices[v].y - vertices[w].y) < reach)
+
+
+@njit(forceinline=True)
+def at_one_node(vertices: RecordArray, one: Record, other: Record) -> bool:  # pragma: no cover - compiled
+    """Whether of two rows with corner and edge swapped the corner of each is an end of the other's edge."""
+    if one.block_a != other.block_b:
+        return False
+    v, w = one.corner, other.corner
+    at_w = w == one.edge or w == vertices[one.edge].following
+    return bool(at_w and (v == other.edge or v == vertices[other.edge].following))
 
 
 @njit(forceinline=True)
