@@ -34,7 +34,8 @@ def all_models() -> list[Path]:
     found = sorted((ROOT / "examples").glob("*/*.toml")) + sorted(
         (ROOT / "bsm_mesh/commands/starters").glob("*/*.toml")
     )
-    return [path for path in found if "mesh" in tomllib.loads(path.read_text(encoding="utf-8"))]  # a study has none
+    tables = {path: tomllib.loads(path.read_text(encoding="utf-8")) for path in found}
+    return [path for path, table in tables.items() if "mesh" in table and table.get("dimensions", 2) == 2]  # no study
 
 
 def name_of(model: Path) -> str:

@@ -35,6 +35,7 @@ SLOPE = ["bsm-mesh new slope ."]
 RUN = [*SLOPE, "bsm-mesh run model.toml"]
 SURVEY = """python -c "open('survey.csv', 'w').write('history,v [mm]\\ncrest,-3\\n')" """
 PAGES = {  # pages that are followed, and what their reader has done before
+    "docs/earthquakes.md": [],
     "docs/how_to.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": [*RUN, SURVEY],
@@ -70,7 +71,18 @@ NOT_RUN = {  # page, and how a block begins that is no program by itself: why
     ("docs/performance.md", "from bsm_mesh.solve.cluster import ranks"): "needs MPI: tests/unit/test_pardiso_mpi.py",
     ("docs/studies.md", "import pyarrow.parquet as pq"): "tests/unit/test_study.py reads that table",
 }
-INSTALLS = ("pip ", ".venv/bin/pip ", "sudo ", "python3 -m venv ", ". ", "dask ", "mpiexec ", "gmsh ")
+INSTALLS = (
+    "pip ",
+    ".venv/bin/pip ",
+    ".venv/bin/python -m pip ",
+    ".venv/bin/pre-commit ",
+    "sudo ",
+    "python3 -m venv ",
+    ". ",
+    "dask ",
+    "mpiexec ",
+    "gmsh ",
+)
 FOLDERS = ("examples/", "tests/", "docs/")
 MODULES = ("benchmarks", "tests", "examples", "docs", "bsm_mesh")
 

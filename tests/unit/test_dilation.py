@@ -12,7 +12,6 @@ from bsm_mesh.contact.forces import evaluate
 from bsm_mesh.contact.history import commit, restore_history, worn
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.strength import with_strength
-from bsm_mesh.solve.step import subproblem
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.steps import begun
@@ -202,7 +201,7 @@ def test_what_slipped_provisionally_slips_again():
 def test_some_of_the_contacts_dilate_as_among_all():
     step, position, at = slid()
     rows = np.flatnonzero(step.contacts.candidates.block_a + step.contacts.candidates.block_b == 1)
-    some = subproblem._chosen(step.contacts, rows, np.arange(len(position)))
+    some = step.system.some(step.contacts, rows, np.arange(len(position)))
     found = step.system.evaluate(some, position)
     assert len(found.slip) == len(rows) < len(at.slip)
     assert_allclose(found.pressure, at.pressure[rows])

@@ -48,7 +48,16 @@ def test_every_table_has_its_marks():
         assert table_in((ROOT / table.page).read_text(encoding="utf-8"), table.name)
 
 
-HEAVY = ("tutorial", "stratified-slope", "layered-sizes", "filling-thickness", "tilted-wall", "constants", "joint-laws")
+HEAVY = (
+    "tutorial",
+    "gravity-turned-on",
+    "stratified-slope",
+    "layered-sizes",
+    "filling-thickness",
+    "tilted-wall",
+    "constants",
+    "joint-laws",
+)
 QUICK = [name for name, table in TABLES.items() if not table.is_slow]
 
 

@@ -53,6 +53,7 @@ def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
     assert_allclose(results.stages[-1].shaking.peak_velocity[1], greatest, rtol=2e-3)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("tilt", [0.25, 0.5, 0.75])
 def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
     """Of a block of half width b, half height h: w'^2 / 2 = p^2 (cos(a - w0) - cos(a - w)), p^2 = 3 g / (4 R)."""

@@ -49,7 +49,9 @@ LAWS = {
 }
 
 
-@pytest.fixture(params=LAWS)
+@pytest.fixture(
+    params=[pytest.param(name, marks=[pytest.mark.heavy] if name == "all at once" else []) for name in LAWS]
+)
 def model(request):
     """Return a block on a slope that every law holds, and a smaller one on top of it."""
     polygons = [rectangle(-9, -2, 9, 0), rectangle(-1, 0, 1, 1), rectangle(-0.5, 1, 0.5, 1.5)]
