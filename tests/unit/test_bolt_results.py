@@ -103,6 +103,7 @@ def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     assert told[0]["support_pressure"] is None
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 def test_pictures_show_bolts(case: Case) -> None:
     from matplotlib.image import imread

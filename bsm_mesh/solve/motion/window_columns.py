@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.forces import ContactSet, Evaluation, resolve_corner_corner, slipping
 from bsm_mesh.contact.properties import JointCatalogue
-from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.model.joint_laws import JointLaw, JointResponse
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
 from bsm_mesh.solve.motion.contact_columns import (
     CLOSURE,
@@ -146,19 +146,20 @@ def strength_lines(contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, .
     """
     floor = np.finfo(float).tiny
     pressure = np.where(at.closed, np.maximum(at.pressure, floor), floor)
-    here = _tangent(contacts, laws, pressure)
-    low = _tangent(contacts, laws, np.full_like(pressure, floor))
-    high = _tangent(contacts, laws, np.full_like(pressure, HIGH))
+    none, most = np.full_like(pressure, floor), np.full_like(pressure, HIGH)
+    here = _tangent(slipping(contacts, laws, pressure), pressure)
+    low = _tangent(slipping(contacts, laws, none), none)
+    high = _tangent(slipping(contacts, laws, most), most)
     other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
-    residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, pressure)
+    failed = replace(contacts, failed=np.ones_like(contacts.failed))
+    residual = _tangent(slipping(failed, laws, pressure), pressure)
     lines = {"first": here, "second": other, "residual": residual}
     found = {name: line[0] for name, line in lines.items()} | {f"{name}_slope": line[1] for name, line in lines.items()}
     return found | {"first_lasts": here[2] * ~contacts.failed, "second_lasts": other[2] * ~contacts.failed}
 
 
-def _tangent(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:
+def _tangent(answer: JointResponse, pressure: FloatArray) -> tuple[FloatArray, ...]:
     """Return intercept and slope of the strength's tangent at pressures (m,), and 1 where slip there is for good."""
-    answer = slipping(contacts, laws, pressure)
     slope = np.where(np.isfinite(answer.by_pressure), answer.by_pressure, 0.0)
     intercept = np.minimum(answer.strength, UNLIMITED) - slope * pressure
     return intercept, slope, answer.failed.astype(float)
