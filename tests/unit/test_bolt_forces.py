@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, whole_pattern
 from bsm_mesh.solve.bolts.state import holding_pairs
-from tests.scenes.models import installed_bolts
+from tests.scenes.models import installed_bolts, model_of
 from tests.scenes.shapes import rectangle
 
 BLOCKS = bsm.Blocks.from_polygons([rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(4)], rock="rock")
@@ -163,3 +163,11 @@ def test_bolt_in_one_block_bears_nothing():
     alone = installed_bolts(bolts[1:], BLOCKS, START)
     position = displaced(5)
     assert_allclose(installed.evaluate(position).forces, alone.evaluate(position).forces)
+
+
+def test_a_bolt_within_one_block_holds_nothing_and_hinders_nothing():
+    blocks = [rectangle(-3, -1, 6, 0), rectangle(0, 0, 2, 2)]
+    bolt = bsm.Bolt(start=(0.5, 1.9), end=(0.5, 1.0), diameter=0.025)
+    stage = bsm.run(model_of(blocks).replace(bolts=[bolt])).stages[-1]
+    assert stage.status == "stable"
+    assert_allclose(stage.bolts.tension, 0.0)

@@ -170,7 +170,7 @@ class InstalledBolts:
     def evaluate(self, position: FloatArray) -> BoltEvaluation:
         """Return the forces at a position (n_blocks, 3), every bolt in equilibrium with its bond."""
         layout = self.layout
-        if not self.alive.size:
+        if not layout.block.size:  # no bolt compiles nothing; a bolt of one node has no element
             return BoltEvaluation.none(len(position), self.dowels.evaluate(position, self.alive))
         moved, arm = node_movements(position, layout.block, self.arm)
         length, direction = element_lines(layout.point, moved, layout.first_node)
