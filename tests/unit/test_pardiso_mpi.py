@@ -66,6 +66,7 @@ def on_ranks(count, *arguments):
 
 
 @needs_mpi
+@pytest.mark.heavy
 def test_two_ranks_give_the_serial_results():
     found = json.loads(on_ranks(2, "-c", SCRIPT).splitlines()[-1])
     for scheme, tolerance in (("linear", LINEAR), ("continuation", NONLINEAR)):
@@ -76,6 +77,7 @@ def test_two_ranks_give_the_serial_results():
 
 
 @needs_mpi
+@pytest.mark.heavy
 def test_without_help_every_rank_says_what_to_do():
     outside = SCRIPT.replace("with ranks() as first:", "for first in [True]:")
     with pytest.raises(AssertionError, match=r"needs the help of all MPI ranks; start with 'mpiexec"):
@@ -83,6 +85,7 @@ def test_without_help_every_rank_says_what_to_do():
 
 
 @needs_mpi
+@pytest.mark.heavy
 def test_command_line(tmp_path):
     model = (ROOT / "examples" / "tilted_wall" / "model.toml").read_text(encoding="utf-8")
     (tmp_path / "model.toml").write_text(model.replace("[solver]", '[solver]\nlinear_solver = "cluster"'))
