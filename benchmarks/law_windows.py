@@ -19,13 +19,13 @@ from benchmarks.campaign.scene import Scene
 from benchmarks.campaign.trial import trial_of
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.joint_laws import JointLaw
-from bsm_mesh.solve.motion import explicit
+from bsm_mesh.solve.motion import cycles
 from examples.numbers.pages import markdown, with_table
 
 PAGE = Path(__file__).parents[1] / "docs/experiments/joint_laws.md"
 WINDOWS = {"1/16": 0.5, "1/8, as it is": 1.0, "1/4": 2.0, "1/2": 4.0, "not by wear": 1e9}  # times as long
 MOST_BLOCKS, MAX_STEPS = 250, 60
-WHOLE = explicit.wear_room
+WHOLE = cycles.wear_room
 
 
 def softening(scene: Scene, size: float) -> JointLaw:
@@ -62,7 +62,7 @@ def main() -> None:
     rows = []
     first: dict[str, str] = {}
     for window, times in WINDOWS.items():
-        explicit.wear_room = longer(times)
+        cycles.wear_room = longer(times)
         began = time.process_time()
         found = verdicts()
         first = first or found

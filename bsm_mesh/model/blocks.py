@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.arrays import FloatArray, IntArray, Portable, ReadOnlyMapping, own_array, read_only
+from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, as_given, counted, nearest, place, raise_faults, shortened
 from bsm_mesh.model.block_faults import FARTHEST, outline_faults
 from bsm_mesh.model.edges import EdgeTable
@@ -105,12 +105,7 @@ class Blocks(Portable):
         own_array(self, "offsets", np.int32, (None,))
         for name in ("nodes", "rock", "edge_joint"):
             own_array(self, name, np.int32, (None,))
-        for name in ("boundaries", "excavations"):
-            given = rules.mapping(name, getattr(self, name))
-            groups = {key: read_only(ids, np.int32, (None,), f"Blocks.{name}['{key}']") for key, ids in given.items()}
-            object.__setattr__(self, name, ReadOnlyMapping(groups))
-        for name in ("rock_names", "joint_names"):
-            object.__setattr__(self, name, rules.texts(name, getattr(self, name)))
+        rules.own_names(self, groups=("boundaries", "excavations"), texts=("rock_names", "joint_names"))
         raise_faults(rules.faults)
         self._check_sizes()
 

@@ -16,6 +16,8 @@ from bsm_mesh.model.faces import Faces
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
 
+LEAST_DEPTH = 0.1  # of area over outline, in space of volume over surface: least depth of rock behind a face
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class FaceStiffness:
@@ -118,7 +120,7 @@ def least_depth(blocks: Blocks) -> FloatArray:
     outline is half its least width or less.
     """
     outline = np.add.reduceat(np.hypot(*blocks.edge_vectors.T), blocks.offsets[:-1])
-    depth: FloatArray = 0.1 * blocks.moments.area / outline
+    depth: FloatArray = LEAST_DEPTH * blocks.moments.area / outline
     return depth
 
 

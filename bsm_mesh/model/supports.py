@@ -217,8 +217,6 @@ def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
     ModelError
         For a boundary or block that does not exist, or a point outside every block.
     """
-    if in_space(blocks):
-        return space.bars_in_space(supports, blocks)
     faults: list[str] = []
     parts: list[Bars] = []
     for number, support in enumerate(supports):
@@ -232,7 +230,8 @@ def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
     raise_faults(faults)
     if len(parts) == 1:
         return parts[0]
-    empty = _bars(0, np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros(0, np.int32), np.zeros((0, 2)))
+    nowhere = np.zeros((0, blocks.moments.centroid.shape[1]))
+    empty = _bars(0, np.zeros(0, np.int32), nowhere, np.zeros(0, np.int32), nowhere)
     columns = {
         field.name: np.concatenate([getattr(part, field.name) for part in (empty, *parts)]) for field in fields(Bars)
     }
@@ -240,6 +239,9 @@ def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
 
 
 def _bars_of_one(support: GivenSupport, number: int, blocks: Blocks) -> Iterator[Bars]:
+    if in_space(blocks):
+        yield from space.bars_in_space(support, number, blocks)
+        return
     block, point, normal, edge = _held_points(support, blocks)
     directions, displacement = held_directions(support, normal)
     for direction in directions:

@@ -10,6 +10,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
+from bsm_mesh.arrays import ReadOnlyMapping, read_only
 from bsm_mesh.errors import as_given, nearest, one_line
 from bsm_mesh.model.quantities import COORDINATE, quantities_of
 from bsm_mesh.model.quantity import Quantity
@@ -148,6 +149,16 @@ class Rules:
             return value
         self.faults.append(f'{self.thing}: {name} = {as_given(value)} must be a mapping by names: {{"a name": ...}}')
         return {}
+
+    def own_names(self, owner: Any, *, groups: Collection[str], texts: Collection[str]) -> None:
+        """Make fields of a frozen dataclass its own: groups of numbers by name, and tuples of texts."""
+        title = type(owner).__name__
+        for name in groups:
+            given = self.mapping(name, getattr(owner, name))
+            own = {key: read_only(ids, np.int32, (None,), f"{title}.{name}['{key}']") for key, ids in given.items()}
+            object.__setattr__(owner, name, ReadOnlyMapping(own))
+        for name in texts:
+            object.__setattr__(owner, name, self.texts(name, getattr(owner, name)))
 
     def a_thing(self, name: str, value: object, *kinds: type, optional: bool = False) -> None:
         """Demand a thing of one of some public classes; None (not given) passes where `optional`."""

@@ -10,7 +10,8 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.joint_laws import wear_length_of
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 from bsm_mesh.solve.step.system import Contacts
@@ -77,6 +78,24 @@ class Cycles(ABC):
     @abstractmethod
     def _sums(self) -> FloatArray:
         """Return the stiffness sums of springs at every block, (n, axes)."""
+
+    @abstractmethod
+    def _may_wear(self) -> BoolArray:
+        """Return which contacts (m,) slip may take strength from in a window."""
+
+    def _window(self) -> float:
+        """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
+        share, contacts, catalogue = self._settings.window, self.contacts, self.system.catalogue
+        whole = share * self.system.d
+        if not catalogue.wears:
+            return whole
+        wears = self._may_wear()
+        for law, rows in contacts.by_law:
+            wear_length = wear_length_of(catalogue.laws[law])
+            if wear_length is not None:
+                room = wear_room(share, wear_length, contacts.slip_path[rows][wears[rows]])
+                whole = min(whole, float(room.min(initial=whole)))
+        return whole
 
     @abstractmethod
     def advance(self, max_cycles: int | None = None) -> None:
@@ -167,3 +186,11 @@ class Cycles(ABC):
     def _prescribed_in(self, cycles: int) -> FloatArray:
         left = min(cycles, max(self._prescribed_cycles - self.cycles, 0))
         return self._prescribed * (left / cycles)
+
+
+def wear_room(window: float, wear_length: float, slip_path: FloatArray) -> FloatArray:
+    """Return how far contacts that have slid (k,) [m] slide in a window at most, (k,) [m].
+
+    As of a step length, so of the slip in which strength changes markedly.
+    """
+    return window * (wear_length + slip_path)

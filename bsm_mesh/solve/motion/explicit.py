@@ -15,9 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.history import slip_path_after, worn
-from bsm_mesh.model.joint_laws import wear_length_of
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
 from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.cycles import Cycles
@@ -79,19 +78,10 @@ class ExplicitMotion(Cycles):
         """Return drag (n, 3) and room for work (n, 5) of shaken blocks, as `move_shaken` takes them; or None."""
         return None
 
-    def _window(self) -> float:
-        """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
-        whole, contacts = self._settings.window * self.system.d, self.contacts
-        if not self.system.catalogue.wears:
-            return whole
-        slides = np.zeros(contacts.count, dtype=bool)
-        slides[self._rows] = ~self.residual.at.failed[self._rows]
-        for law, rows in contacts.by_law:
-            wear_length = wear_length_of(self.system.catalogue.laws[law])
-            if wear_length is not None:
-                room = wear_room(self._settings.window, wear_length, contacts.slip_path[rows][slides[rows]])
-                whole = min(whole, float(room.min(initial=whole)))
-        return whole
+    def _may_wear(self) -> BoolArray:
+        wears = np.zeros(self.contacts.count, dtype=bool)
+        wears[self._rows] = ~self.residual.at.failed[self._rows]
+        return wears
 
     def _weighed(self) -> Weighed:
         candidates, rows = self.contacts.candidates, self._rows
@@ -149,11 +139,3 @@ class ExplicitMotion(Cycles):
             self.system.bolts = bolts.commit(bolts.evaluate(position))
         self._step = step.with_contacts(contacts)
         self.residual = self._step.residual_at(position)
-
-
-def wear_room(window: float, wear_length: float, slip_path: FloatArray) -> FloatArray:
-    """Return how far contacts that have slid (k,) [m] slide in a window at most, (k,) [m].
-
-    As of a step length, so of the slip in which strength changes markedly.
-    """
-    return window * (wear_length + slip_path)

@@ -43,21 +43,19 @@ def move_shaken(
         Movement in a cycle; it changes in place.
     """
     rows, supported, projector, _ = supports
-    before, after = np.empty(3), np.empty(3)
+    before, after, pushed = np.empty(3), np.empty(3), np.empty(3)
     for i in own:
-        _accelerate(i, inverse_mass, shaken[0], room, velocity, before, after)
+        for axis in range(3):
+            pushed[axis] = room[0, i, axis] + room[1, i, axis]
+        _accelerate(i, pushed, inverse_mass, shaken[0], velocity, before, after)
         _keep(i, before, after, inverse_mass, base, shaken, room, velocity, here, there)
-    pushed = np.empty(3)
     for j in rows:
         i = supported[j]
         for axis in range(3):
             pushed[axis] = 0.0
             for k in range(3):
                 pushed[axis] += projector[j, k, axis] * (room[0, i, k] + room[1, i, k])
-        for axis in range(3):
-            half = shaken[0][i, axis] / 2
-            before[axis] = velocity[i, axis]
-            after[axis] = (before[axis] * (1.0 - half) + pushed[axis] * inverse_mass[i, axis]) / (1.0 + half)
+        _accelerate(i, pushed, inverse_mass, shaken[0], velocity, before, after)
         for axis in range(3):
             pushed[axis] = 0.0
             for k in range(3):
@@ -68,18 +66,18 @@ def move_shaken(
 @njit(nogil=True, forceinline=True)
 def _accelerate(
     i: int,
+    force: FloatArray,
     inverse_mass: FloatArray,
     drag: FloatArray,
-    room: FloatArray,
     velocity: FloatArray,
     before: FloatArray,
     after: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Set the velocity of a block before and after a cycle."""
+    """Set the velocity of a block before and after a cycle under a force (3,)."""
     for axis in range(3):
-        half, force = drag[i, axis] / 2, room[0, i, axis] + room[1, i, axis]
+        half = drag[i, axis] / 2
         before[axis] = velocity[i, axis]
-        after[axis] = (before[axis] * (1.0 - half) + force * inverse_mass[i, axis]) / (1.0 + half)
+        after[axis] = (before[axis] * (1.0 - half) + force[axis] * inverse_mass[i, axis]) / (1.0 + half)
 
 
 @njit(nogil=True, forceinline=True)

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, ReadOnlyMapping, own_array, read_only
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, ReadOnlyMapping, own_array
 from bsm_mesh.errors import ModelError, counted, nearest, place, raise_faults, shortened
-from bsm_mesh.model.blocks import MERGE_TOLERANCE, merge_points
+from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.polygons import owner_of_corner
 from bsm_mesh.model.values import Rules
+from bsm_mesh.three_d.blocks.cells import Cells, arrays_of_cells
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons, contact_polygons
 from bsm_mesh.three_d.blocks.faults import cell_faults, index_faults, volume_faults
 from bsm_mesh.three_d.blocks.moments import Moments, cell_moments
+from bsm_mesh.three_d.blocks.polygons import vector_areas
+from bsm_mesh.three_d.blocks.solids import arrays_of_solids
 
 if TYPE_CHECKING:
     from bsm_mesh.model.loads import PointForces
@@ -25,46 +28,6 @@ if TYPE_CHECKING:
 SLIVER = 1e-3  # of the mean volume: smaller blocks are slivers, left out of time step and verdict
 
 FacePredicate = Callable[[FloatArray, FloatArray, FloatArray], npt.NDArray[np.bool_]]
-
-
-class Cells(Protocol):
-    """A conforming complex of convex cells, as `geometries.three_d` cuts it; arrays as in `Polyhedra`.
-
-    Cells have a rock, an index in `rock_names`, and an excavation, an index in `excavation_names` or -1.
-    """
-
-    @property
-    def vertices(self) -> FloatArray: ...  # noqa: D102
-
-    @property
-    def face_vertices(self) -> IntArray: ...  # noqa: D102
-
-    @property
-    def face_offsets(self) -> IntArray: ...  # noqa: D102
-
-    @property
-    def face_cells(self) -> IntArray: ...  # noqa: D102
-
-    @property
-    def face_joint(self) -> IntArray: ...  # noqa: D102
-
-    @property
-    def joint_names(self) -> tuple[str, ...]: ...  # noqa: D102
-
-    @property
-    def boundaries(self) -> Mapping[str, IntArray]: ...  # noqa: D102
-
-    @property
-    def cell_rock(self) -> IntArray: ...  # noqa: D102
-
-    @property
-    def rock_names(self) -> tuple[str, ...]: ...  # noqa: D102
-
-    @property
-    def cell_excavation(self) -> IntArray: ...  # noqa: D102
-
-    @property
-    def excavation_names(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -160,12 +123,7 @@ class Polyhedra(Portable):
         own_array(self, "face_cells", np.int32, (None, 2))
         for name in ("face_vertices", "face_offsets", "face_joint", "cell_block", "rock"):
             own_array(self, name, np.int32, (None,))
-        for name in ("boundaries", "excavations"):
-            given = rules.mapping(name, getattr(self, name))
-            groups = {key: read_only(v, np.int32, (None,), f"Polyhedra.{name}['{key}']") for key, v in given.items()}
-            object.__setattr__(self, name, ReadOnlyMapping(groups))
-        for name in ("rock_names", "joint_names"):
-            object.__setattr__(self, name, rules.texts(name, getattr(self, name)))
+        rules.own_names(self, groups=("boundaries", "excavations"), texts=("rock_names", "joint_names"))
         raise_faults(rules.faults)
         self._check_sizes()
 
@@ -210,36 +168,7 @@ class Polyhedra(Portable):
         cells : Cells
             What `geometries.three_d` has cut, or an object with the same arrays.
         """
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        first, second = np.asarray(cells.face_cells).T
-        count, region = len(cells.cell_rock), np.stack([cells.cell_rock, cells.cell_excavation], axis=1)
-        tied = (second >= 0) & (np.asarray(cells.face_joint) < 0) & (region[first] == region[second]).all(axis=1)
-        graph = coo_array((np.ones(tied.sum()), (first[tied], second[tied])), shape=(count, count))
-        _, block, of_cell = np.unique(
-            connected_components(graph, directed=False)[1], return_index=True, return_inverse=True
-        )
-        order = np.argsort(block)
-        number = np.empty_like(order)
-        number[order] = np.arange(len(order))
-        leading = block[order]
-        return cls(
-            vertices=cells.vertices,
-            face_vertices=cells.face_vertices,
-            face_offsets=cells.face_offsets,
-            face_cells=cells.face_cells,
-            face_joint=cells.face_joint,
-            cell_block=number[of_cell.reshape(-1)].astype(np.int32),
-            rock=np.asarray(cells.cell_rock)[leading].astype(np.int32),
-            rock_names=cells.rock_names,
-            joint_names=cells.joint_names,
-            boundaries=cells.boundaries,
-            excavations={
-                name: np.flatnonzero(np.asarray(cells.cell_excavation)[leading] == k).astype(np.int32)
-                for k, name in enumerate(cells.excavation_names)
-            },
-        )
+        return cls(**arrays_of_cells(cells))
 
     @classmethod
     def from_solids(
@@ -270,36 +199,7 @@ class Polyhedra(Portable):
         ModelError
             If a face names a corner that is not there, or the blocks are not closed.
         """
-        names = [rock] * len(solids) if isinstance(rock, str) else list(rock)
-        if len(names) != len(solids):
-            raise ModelError(f"rock: {len(names)} names for {len(solids)} blocks; give one name, or one a block")
-        points, loops, owner = _corners_of(solids)
-        number = merge_points(points, merge_tolerance)
-        _, kept = np.unique(number, return_index=True)
-        matched: dict[tuple[int, ...], int] = {}
-        faces: list[list[int]] = []
-        cells: list[list[int]] = []
-        for loop, solid in zip(loops, owner, strict=True):
-            corners = [int(number[i]) for i in loop]
-            f = matched.setdefault(tuple(sorted(corners)), len(faces))
-            if f < len(faces):
-                cells[f][1] = solid
-            else:
-                faces.append(corners)
-                cells.append([solid, -1])
-        sizes = [len(loop) for loop in faces]
-        rock_names = tuple(dict.fromkeys(names))
-        return cls(
-            vertices=points[kept],
-            face_vertices=np.concatenate([[], *faces]).astype(np.int32),
-            face_offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
-            face_cells=np.array(cells, dtype=np.int32).reshape(-1, 2),
-            face_joint=np.array([0 if joint is not None and c[1] >= 0 else -1 for c in cells], dtype=np.int32),
-            cell_block=np.arange(len(solids), dtype=np.int32),
-            rock=np.array([rock_names.index(name) for name in names], dtype=np.int32),
-            rock_names=rock_names,
-            joint_names=() if joint is None else (joint,),
-        )
+        return cls(**arrays_of_solids(solids, rock, joint, merge_tolerance))
 
     @property
     def count(self) -> int:
@@ -321,6 +221,17 @@ class Polyhedra(Portable):
     def contact_polygons(self) -> ContactPolygons:
         """The faces in which different blocks touch."""
         return contact_polygons(self.vertices, self.face_vertices, self.face_offsets, self.face_blocks, self.face_joint)
+
+    @cached_property
+    def surfaces(self) -> FloatArray:
+        """Area of the surface of every block, (n,) [m2]; faces between its own cells are not among it."""
+        area = np.linalg.norm(vector_areas(self.vertices[self.face_vertices], self.face_offsets), axis=1)
+        first, second = self.face_blocks.T
+        found: FloatArray = np.zeros(self.count)
+        for side in (first, second):
+            bare = np.flatnonzero((side >= 0) & (first != second))
+            found += np.bincount(side[bare], area[bare], self.count)
+        return found
 
     @property
     def slivers(self) -> IntArray:
@@ -399,23 +310,3 @@ class Polyhedra(Portable):
         on_face = np.zeros(len(self.face_offsets) - 1, dtype=bool)
         on_face[self.block_faces(block)] = True
         return self.vertices[np.unique(self.face_vertices[on_face[owner_of_corner(self.face_offsets)]])]
-
-
-def _corners_of(
-    solids: Sequence[tuple[npt.ArrayLike, Sequence[Sequence[int]]]],
-) -> tuple[FloatArray, list[list[int]], list[int]]:
-    """Return the corners of all solids, the loops of all faces in them, and the solid of every face."""
-    points, loops, owner, faults, count = [np.empty((0, 3))], [], [], [], 0
-    for s, (given, faces) in enumerate(solids):
-        corners = np.array(given, dtype=np.float64)
-        if corners.ndim != 2 or corners.shape[1] != 3 or not np.isfinite(corners).all():
-            faults.append(f"block {s}: needs corners (x, y, z), has an array of shape {corners.shape}")
-            continue
-        wrong = [k for k, face in enumerate(faces) if not {*face} <= {*range(len(corners))} or len({*face}) < 3]
-        faults += [f"block {s}: face {k} must name 3 or more of the corners 0 .. {len(corners) - 1}" for k in wrong]
-        loops += [[count + i for i in face] for face in faces]
-        owner += [s] * len(faces)
-        points.append(corners)
-        count += len(corners)
-    raise_faults(faults)
-    return np.concatenate(points), loops, owner

@@ -9,7 +9,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.properties import LawCatalogue
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.model import Model
+from bsm_mesh.model.face_stiffness import LEAST_DEPTH, compliance
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.polygons import owner_of_corner
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
 
@@ -47,9 +48,6 @@ class PolygonCatalogue(LawCatalogue):
         What is given; its blocks are polyhedra.
     """
 
-    def __init__(self, model: Model) -> None:
-        super().__init__(model)
-
     def properties(self, polygons: ContactPolygons, polygon: IntArray) -> PointProperties:
         """Return the properties of points of polygons (m,).
 
@@ -59,16 +57,18 @@ class PolygonCatalogue(LawCatalogue):
             Where two rigid rocks meet without a joint.
         """
         blocks = self._model.blocks
+        assert in_space(blocks)
         joint = np.where(polygons.joint >= 0, self._number[polygons.joint], self._default)
-        compliance = np.zeros((polygons.count, 2))
-        for block in (polygons.block_a, polygons.block_b):
+        least = LEAST_DEPTH * blocks.moments.volume / blocks.surfaces
+
+        def rock(block: IntArray) -> tuple[FloatArray, FloatArray]:
             arm = polygons.centroid - blocks.moments.centroid[block]
             depth = np.abs(np.einsum("ij,ij->i", arm, polygons.normal))
-            depth = np.maximum(depth, LEAST_DEPTH * blocks.moments.size[block])
-            compliance += depth[:, None] / self._moduli[blocks.rock[block]]
-        jointed = joint >= 0
-        compliance[jointed] += 1 / self._joint_stiffness[joint[jointed]]
-        if (stiff := np.flatnonzero(compliance[:, 0] == 0)).size:
+            return np.maximum(depth, least[block])[:, None], self._moduli[blocks.rock[block]]
+
+        of_joint = np.vstack([self._joint_stiffness, np.full((1, 2), np.inf)])[joint]  # the last: rock
+        in_series = compliance(*rock(polygons.block_a), *rock(polygons.block_b), of_joint)
+        if (stiff := np.flatnonzero(in_series[:, 0] == 0)).size:
             a, b = int(polygons.block_a[stiff[0]]), int(polygons.block_b[stiff[0]])
             raise ModelError(
                 f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
@@ -77,16 +77,13 @@ class PolygonCatalogue(LawCatalogue):
         kind = self.kind_of(joint, polygons.block_a, polygons.block_b)
         smooth = self.smooth[self._law[kind]]
         return PointProperties(
-            normal_stiffness=(1 / compliance[:, 0])[polygon],
-            shear_stiffness=np.where(smooth, 0.0, 1 / compliance[:, 1])[polygon],
+            normal_stiffness=(1 / in_series[:, 0])[polygon],
+            shear_stiffness=np.where(smooth, 0.0, 1 / in_series[:, 1])[polygon],
             joint=joint.astype(np.int32)[polygon],
             law=self._law[kind][polygon],
             tension=self._tension[kind][polygon],
             residual_tension=self._residual_tension[kind][polygon],
         )
-
-
-LEAST_DEPTH = 1e-2  # of a block's size: least depth of rock behind a face, for centroids that lie next to one
 
 
 def point_keys(polygons: ContactPolygons, points: ContactPoints) -> IntArray:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.stages import presence
+from bsm_mesh.model.supports import bars_of
 from bsm_mesh.three_d.model.loads import forces_in_space
-from bsm_mesh.three_d.model.supports import bars_in_space
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
@@ -36,7 +36,7 @@ def faults_in_space(model: Model) -> list[str]:
         faults.append('contact_points: polyhedra take "both" (corners and centroids of faces) or "corners"')
     faults += [f"joint '{joint.name}': {text}" for joint in model.joints for text in _joint_faults(joint)]
     checks: list[Callable[[], object]] = [
-        lambda: bars_in_space(model.supports, blocks),
+        lambda: bars_of(model.supports, model.blocks),
         lambda: forces_in_space(model.loads, blocks),
         lambda: presence(model.stages, blocks),
         *(partial(forces_in_space, stage.loads, blocks) for stage in model.stages),
@@ -72,11 +72,12 @@ def _stage_faults(stage: object) -> Iterable[str]:
 
 def refuse_unready(model: Model, solver_faults: tuple[str, ...], scheme: str) -> None:
     """Raise a `ModelError` with everything that forbids to run a model of polyhedra."""
+    bars = bars_of(model.supports, model.blocks)
     assert in_space(model.blocks)
     faults = list(solver_faults)
     if scheme != "continuation":
         faults.append(f"scheme = '{scheme}' is for the plane; polyhedra are solved by 'continuation'")
-    if not len(bars_in_space(model.supports, model.blocks).block):
+    if not len(bars.block):
         faults.append("the model is free to move in any direction: no support holds it; hold some blocks or a boundary")
     stages = [forces_in_space(loads, model.blocks).force for loads in (model.loads, *(s.loads for s in model.stages))]
     loaded = model.weights.any() or any(force.any() for force in stages)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, listing, raise_faults
+from bsm_mesh.errors import ModelError, listing
 from bsm_mesh.model.polygons import owner_of_corner
-from bsm_mesh.model.supports import Bars, Fixed, NormalRoller, Support, no_edge
+from bsm_mesh.model.supports import Bars, Fixed, NormalRoller, no_edge
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 
-def bars_in_space(supports: tuple[Support, ...], blocks: Polyhedra) -> Bars:
-    """Return the bars of all supports, in their order: `Fixed` and `NormalRoller`, on blocks or boundaries.
+def bars_in_space(support: object, number: int, blocks: Polyhedra) -> list[Bars]:
+    """Return the bars of a support: `Fixed` or `NormalRoller`, on blocks or a boundary.
 
     A block that is fixed has three bars at its centroid and three that hold its rotations; their direction is the axis.
 
@@ -21,22 +21,6 @@ def bars_in_space(supports: tuple[Support, ...], blocks: Polyhedra) -> Bars:
     ModelError
         For a boundary or block that does not exist, and for supports that polyhedra do not have.
     """
-    faults: list[str] = []
-    parts: list[Bars] = [_bars(0, *_nothing())]
-    for number, support in enumerate(supports):
-        if isinstance(support, Bars):
-            parts.append(support)
-            continue
-        try:
-            parts.extend(_bars_of_one(support, number, blocks))
-        except ModelError as error:
-            faults.extend(f"support {number + 1} ({type(support).__name__}): {fault}" for fault in error.faults)
-    raise_faults(faults)
-    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in Bars.__slots__}
-    return Bars(**columns)
-
-
-def _bars_of_one(support: object, number: int, blocks: Polyhedra) -> list[Bars]:
     if not isinstance(support, Fixed | NormalRoller):
         raise ModelError("polyhedra are held by Fixed(blocks=...), Fixed(boundary=...) or NormalRoller(boundary=...)")
     if support.point is not None:
@@ -66,10 +50,6 @@ def _corners_of(blocks: Polyhedra, boundary: str) -> tuple[IntArray, FloatArray,
     area = vector_areas(corners, blocks.face_offsets)[owner[chosen]]
     normal = area / np.linalg.norm(area, axis=1)[:, None]
     return blocks.face_blocks[owner[chosen], 0], corners[chosen], normal
-
-
-def _nothing() -> tuple[IntArray, FloatArray, FloatArray]:
-    return np.zeros(0, np.int32), np.zeros((0, 3)), np.zeros((0, 3))
 
 
 def _bars(number: int, block: IntArray, point: FloatArray, direction: FloatArray, *, turns: bool = False) -> Bars:

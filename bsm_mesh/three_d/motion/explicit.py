@@ -10,11 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.forces import slipping
-from bsm_mesh.model.joint_laws import wear_length_of
 from bsm_mesh.solve.motion.cycles import Cycles
-from bsm_mesh.solve.motion.explicit import wear_room
 from bsm_mesh.solve.motion.masses import projectors
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
 from bsm_mesh.three_d.contacts.forces import Evaluation
@@ -94,15 +92,9 @@ class ExplicitMotion(Cycles):
         )
         return np.column_stack(columns)
 
-    def _window(self) -> float:
-        """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
-        whole, contacts = self._settings.window * self.system.d, self.contacts
-        for law, rows in contacts.by_law:
-            wear_length = wear_length_of(self.system.catalogue.laws[law])
-            if wear_length is not None:
-                path = contacts.slip_path[rows][~contacts.failed[rows]]
-                whole = min(whole, float(wear_room(self._settings.window, wear_length, path).min(initial=whole)))
-        return whole
+    def _may_wear(self) -> BoolArray:
+        wears: BoolArray = ~self.contacts.failed
+        return wears
 
     def _keep(
         self, position: FloatArray, slid: FloatArray, shear: FloatArray, place: FloatArray, marks: IntArray
