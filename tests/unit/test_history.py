@@ -99,3 +99,18 @@ def test_rock_beyond_the_end_of_a_joint_holds_nothing_that_slides_off_it(
         loads=[bsm.PointLoad(block=2, point=(2, 0.5), force=(push * 25e3 * blocks.moments.area[2], 0))],
     )
     assert bsm.run(model).status == status
+
+
+def test_contacts_of_a_face_that_slides_off_never_stand_for_more():
+    """Seen: at the last .005 of a block they grew twenty times, to a lone corner's length; steps went to and fro."""
+    moving = BlockSystem(model_of([rectangle(-3, -1, 0, 0), square(-0.02, 0)]))
+    contacts, before = moving.gather(History.none(), moving.start, first=True), 0.01
+    for overlap in (0.02, 0.012, 0.006, 0.0045, 0.002, 0.006, 0.0045):
+        position = moving.start + np.array([(0, 0, 0), (0.02 - overlap, -6e-3, 0)])
+        at = moving.evaluate(contacts, position)
+        history, _ = commit(contacts, at, position, moving.outlines.size)
+        contacts = moving.gather(history, position, first=False)
+        length = contacts.candidates.length[moving.evaluate(contacts, position).closed]
+        assert len(length) == 2
+        assert length.max() <= max(overlap / 2, before) * (1 + 1e-9)
+        before = length.max()
