@@ -186,6 +186,7 @@ def test_plot_of_what_is_no_run(case: Case, content: str | bytes | None, words: 
     case.refuses("plot", "out", says=words)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["blocks.pvd", "blocks_0000.vtu"])
 def test_plot_of_a_damaged_run(case: Case, name: str) -> None:
     assert case.run("run", "model.toml", "-q").code == 0

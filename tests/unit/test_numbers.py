@@ -56,6 +56,7 @@ HEAVY = (
     "filling-thickness",
     "tilted-wall",
     "constants",
+    "cut_rock",
     "joint-laws",
 )
 QUICK = [name for name, table in TABLES.items() if not table.is_slow]
