@@ -290,6 +290,7 @@ test_all() {
     share_the_machine
     check "formatter" "$python" -m ruff format --check .
     check "linter" "$python" -m ruff check .
+    check "plain words" "$python" -m tools.words
     # One process each, so that side by side they take half as long; what is said beside is shown afterwards.
     types_and_documentation >"$report.beside" 2>&1 &
     check "doctests" run_doctests
