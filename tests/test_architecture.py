@@ -25,9 +25,7 @@ FOR_CONVERTERS = (
     "bsm_mesh.three_d.blocks",
     "bsm_mesh.three_d.key_blocks",
     "bsm_mesh.lazy",
-    "bsm_mesh.solve.bolts",
-    "bsm_mesh.contact.dilation",
-    "bsm_mesh.contact.shear_springs",
+    "bsm_mesh.solve.zones",
     "bsm_mesh.geometries.physical_groups",
 )
 FOR_GEOMETRIES = (
@@ -67,6 +65,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "motion": {"algebra", "bolts", "step"},
     "methods": {"algebra", "step"},
     "continuation": {"algebra", "bolts", "methods", "motion", "stages", "step"},
+    "zones": {"bolts"},
 }
 APPLICATION = {  # folders of bsm_mesh from the ground, and which of them each may import
     "text": set(),

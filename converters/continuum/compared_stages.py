@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from bsm_mesh.converters.continuum.comparability import Comparability, corners_met, obstacle
 from bsm_mesh.converters.continuum.comparison import Comparison
-from bsm_mesh.converters.continuum.mesh import Mesher
 from bsm_mesh.converters.continuum.references import Request, solve_references
 from bsm_mesh.converters.continuum.stage_comparison import compare_stage
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.results import Results
+from bsm_mesh.solve.zones.mesh import Mesher
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

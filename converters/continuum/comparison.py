@@ -15,8 +15,8 @@ from bsm_mesh.converters.continuum.history_values import HistoryValue
 from bsm_mesh.converters.continuum.joint_movement import JointMovement
 from bsm_mesh.converters.continuum.refinement import COARSE, Refinement
 from bsm_mesh.converters.continuum.sections import Section
-from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.solve.zones.solution import ContinuumSolution
 
 
 class Row(NamedTuple):

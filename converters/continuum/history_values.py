@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.model.beside import UNITS, Beside
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.beside import along_line
 from bsm_mesh.results.histories import Recorded, Recorder
 from bsm_mesh.results.results import Results
+from bsm_mesh.solve.zones.solution import ContinuumSolution
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.continuum.compared_stages import ComparedStage

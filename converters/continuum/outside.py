@@ -11,10 +11,9 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.comparability import has_joints
 from bsm_mesh.converters.continuum.comparison import enumerated, percent
-from bsm_mesh.converters.continuum.departures import is_all_rigid
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
-from bsm_mesh.converters.continuum.elasticity import matched_stiffness
 from bsm_mesh.converters.continuum.foreign_fields import FieldNames, PlaneFields, length_factor, plane_fields
+from bsm_mesh.converters.continuum.matched import matched_constants
 from bsm_mesh.converters.continuum.sampled import BlockAverages, block_averages_of
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.errors import ModelError, counted, nearest
@@ -22,6 +21,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
+from bsm_mesh.solve.zones.departures import is_all_rigid
 
 COVERED = 0.5  # of a block's area: with less of it in the other mesh a block is not compared
 
@@ -207,5 +207,5 @@ def _constants(model: Model, moves: bool) -> tuple[str, ...]:
     """Return the elastic constants that another program would need for the blocks' displacements, where it matters."""
     if not moves or has_joints(model) or is_all_rigid(model):
         return ()
-    told = matched_stiffness(model)[1]
+    told = matched_constants(model).notes
     return (*told, "displacements can agree only with a continuum of these constants, stresses with the rock's own")

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from bsm_mesh.converters.continuum.comparability import MAY_MOVE_FAR, continuum_obstacle, has_joints, rock_breaks
-from bsm_mesh.converters.continuum.departures import is_all_rigid
-from bsm_mesh.converters.continuum.mesh import Discretization, Mesher
-from bsm_mesh.converters.continuum.solution import ContinuumSolution
-from bsm_mesh.converters.continuum.stages import Continuum
+from bsm_mesh.converters.continuum.matched import matched_constants
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.results import Results
+from bsm_mesh.solve.zones.departures import is_all_rigid
+from bsm_mesh.solve.zones.elasticity import nominal_constants
+from bsm_mesh.solve.zones.mesh import Discretization, Mesher
+from bsm_mesh.solve.zones.solution import ContinuumSolution
+from bsm_mesh.solve.zones.stages import Continuum
 
 Stages = tuple[ContinuumSolution, ...]
 
@@ -76,8 +78,8 @@ def solve_references(model: Model, results: Results, count: int, asked: Request)
     present = [stage.present for stage in results.stages[:count]]  # chips that came loose are taken away here too
     continuum = Continuum(solved, elements, present)
     near = [stage.displacement + stage.origin for stage in results.stages[:count]] if asked.near_blocks else []
-    nominal = continuum.solve("nominal", count, near)
-    matched = nominal if is_all_rigid(model) else continuum.solve("matched", count, near)
+    nominal = continuum.solve(nominal_constants(solved), count, near)
+    matched = nominal if is_all_rigid(model) else continuum.solve(matched_constants(solved), count, near)
     halved, finer = [nominal], nominal[:0]
     for level in range(1, asked.refinements + 1):
         halved.append(_converged(Continuum(solved, replace(elements, refinements=level), present), halved[-1]))
@@ -113,7 +115,9 @@ def continuum_of(model: Model, results: Results, count: int, asked: Request) -> 
 def _converged(finer: Continuum, coarse: Sequence[ContinuumSolution]) -> Stages:
     """Return the stages of a finer continuum in which both find equilibrium."""
     count = sum(stage.converged for stage in coarse)
-    return tuple(stage for stage in finer.solve("nominal", count) if stage.converged) if count else ()
+    return (
+        tuple(stage for stage in finer.solve(nominal_constants(finer.model), count) if stage.converged) if count else ()
+    )
 
 
 def _elastic(model: Model) -> Model:

@@ -17,8 +17,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.joint_forces import joint_force_error
-from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.errors import listing
+from bsm_mesh.solve.zones.solution import ContinuumSolution
 
 COARSE = (
     0.1  # of the limit's r.m.s. displacement: a change by refining beyond which contact points are called too coarse

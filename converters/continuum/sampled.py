@@ -9,11 +9,11 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.continuum.foreign_fields import PlaneFields
-from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.converters.vtk_files import Grid, sample
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.solve.zones.mesh import Discretization, continuum_mesh
 
 INTEGRATION = 4  # order of the polynomials that are averaged exactly
 FINEST = 4  # halvings of the blocks' cells, where the other mesh is finer

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TypedDict, Unpack
 
-from bsm_mesh.converters.continuum.mesh import Discretization, Mesher
-from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
-from bsm_mesh.converters.continuum.stages import Continuum
+from bsm_mesh.converters.continuum.matched import ElasticityName, constants_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.zones.mesh import Discretization, Mesher
+from bsm_mesh.solve.zones.solution import ContinuumSolution
+from bsm_mesh.solve.zones.stages import Continuum
 
 
 class DiscretizationKeys(TypedDict, total=False):
@@ -62,4 +63,4 @@ def solve_continuum_stages(
         For rigid rocks without `joints`, bolts that end in the void, supports that contradict each other at a shared
         node, or a part free to move.
     """
-    return Continuum(model, Discretization(**discretization)).solve(elasticity)
+    return Continuum(model, Discretization(**discretization)).solve(constants_of(model, elasticity))

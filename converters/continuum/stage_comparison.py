@@ -14,11 +14,11 @@ from bsm_mesh.converters.continuum.joint_forces import joint_force_error
 from bsm_mesh.converters.continuum.joint_movement import joint_movement, joint_movement_errors
 from bsm_mesh.converters.continuum.references import References
 from bsm_mesh.converters.continuum.refinement import refinement_of
-from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import stress_is_known
+from bsm_mesh.solve.zones.solution import ContinuumSolution
 
 STILL = 1e-9  # of a block's size: less than this in both methods is no movement
 

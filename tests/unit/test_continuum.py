@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
-from bsm_mesh.converters.continuum.mesh import Discretization, build_continuum_mesh, continuum_mesh
 from bsm_mesh.geometries import OutlineMesher
+from bsm_mesh.solve.zones.mesh import Discretization, build_continuum_mesh, continuum_mesh
 from tests.scenes.continuum import EXACT, HEAVY, MU, PINNED, ROCK, SHAPES, STRESS, E, cantilever, sag, slab
 from tests.scenes.models import framed, stress_on_sides
 from tests.scenes.shapes import grid, turned

@@ -11,11 +11,12 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import solve_continuum_stages
-from bsm_mesh.converters.continuum.equilibrium import BALANCED, find_equilibrium
-from bsm_mesh.converters.continuum.mesh import Discretization
-from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.results.records import ContactStatus
+from bsm_mesh.solve.zones.elasticity import nominal_constants
+from bsm_mesh.solve.zones.equilibrium import BALANCED, find_equilibrium
+from bsm_mesh.solve.zones.mesh import Discretization
+from bsm_mesh.solve.zones.stages import Continuum, _Run
 from tests.scenes.continuum import HEAVY
 from tests.scenes.models import framed, model_of
 from tests.scenes.shapes import grid, rectangle, square
@@ -199,6 +200,6 @@ def test_a_start_at_the_blocks_finds_the_equilibrium_near_them():
     continuum = Continuum(model, Discretization(order=1, joints=True))
     for moved, expected in ((0.0, 0.5), (0.5, 0.5), (1.2, 1.0)):
         position = np.array([(0, 0, 0), (0, moved * push / stiffness, 0), (0, 0, 0)])
-        (stage,) = continuum.solve("nominal", near=[position])
+        (stage,) = continuum.solve(nominal_constants(continuum.model), near=[position])
         assert stage.converged
         assert_allclose(stage.displacement[1, 1], expected * push / stiffness, rtol=1e-3)

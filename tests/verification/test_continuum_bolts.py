@@ -10,11 +10,11 @@ import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.converters.continuum.files import write_bolts
-from bsm_mesh.converters.continuum.mesh import Discretization
-from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.results import BoltStatus
+from bsm_mesh.solve.zones.mesh import Discretization
+from bsm_mesh.solve.zones.stages import Continuum, _Run
 from tests.scenes.continuum import bolted
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, rectangle

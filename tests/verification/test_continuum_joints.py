@@ -14,10 +14,11 @@ import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.converters.continuum.files import write_joints
-from bsm_mesh.converters.continuum.mesh import Discretization
-from bsm_mesh.converters.continuum.stages import Continuum
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.modelfile.build import load_model_file
+from bsm_mesh.solve.zones.elasticity import nominal_constants
+from bsm_mesh.solve.zones.mesh import Discretization
+from bsm_mesh.solve.zones.stages import Continuum
 from tests.scenes.continuum import on_a_slope
 from tests.scenes.kirsch import P, Q, cut_by_stages
 from tests.scenes.models import LINEAR, model_of
@@ -200,7 +201,7 @@ def test_no_pressure_acts_where_a_block_came_down(at_first):
         stages=[bsm.Stage(name="top", excavate=[2], pressure=40e3)],
     )
     present = np.array([[1, 1, 1, at_first], [1, 1, 0, 0]], dtype=bool)
-    initial, stage = Continuum(model, Discretization(order=1, joints=True), present).solve("nominal")
+    initial, stage = Continuum(model, Discretization(order=1, joints=True), present).solve(nominal_constants(model))
     assert stage.converged
     assert_allclose(stage.bolts.axial_force, 0.0)
     assert bool(initial.bolts.axial_force > 1e3) == at_first

@@ -15,11 +15,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, Fixed, GivenSupport, NormalRoller, held_directions
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
 SAME_POINT = 1e-9  # m; a support point nearer than this to a corner is that corner (as in `blocks_at`)
 SMOOTH = np.cos(np.radians(15.0))  # edges that turn by less than twice this share one normal at their common node

@@ -16,36 +16,35 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.converters.continuum import departures
-from bsm_mesh.converters.continuum.elasticity import matched_stiffness, nominal_stiffness
-from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
-from bsm_mesh.converters.continuum.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
-from bsm_mesh.converters.continuum.fields import RockStiffness, block_averages
-from bsm_mesh.converters.continuum.fills import Fill
-from bsm_mesh.converters.continuum.ground import (
+from bsm_mesh.model.in_stage import model_in_stage
+from bsm_mesh.model.loads import ActingLoad
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import INITIAL, Stage, presence
+from bsm_mesh.solve.zones import departures
+from bsm_mesh.solve.zones.elasticity import BlockElasticity
+from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
+from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
+from bsm_mesh.solve.zones.fields import RockStiffness, block_averages
+from bsm_mesh.solve.zones.fills import Fill
+from bsm_mesh.solve.zones.ground import (
     PoreWater,
     initial_history,
     initial_stress,
     pore_water,
     seepage_forces,
 )
-from bsm_mesh.converters.continuum.interfaces import open_joints
-from bsm_mesh.converters.continuum.joint_history import JointHistory
-from bsm_mesh.converters.continuum.joint_points import JointPoints, slip_path_after
-from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
-from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
-from bsm_mesh.converters.continuum.near_blocks import broken_at, moved_with_blocks
-from bsm_mesh.converters.continuum.placed_points import joint_points
-from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
-from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
-from bsm_mesh.converters.continuum.supports import held_displacements
-from bsm_mesh.converters.continuum.system import FreeUnknowns, refuse_free_motion
-from bsm_mesh.converters.continuum.tangents import Tangents
-from bsm_mesh.errors import ModelError
-from bsm_mesh.model.in_stage import model_in_stage
-from bsm_mesh.model.loads import ActingLoad
-from bsm_mesh.model.model import Model
-from bsm_mesh.model.stages import INITIAL, Stage, presence
+from bsm_mesh.solve.zones.interfaces import open_joints
+from bsm_mesh.solve.zones.joint_history import JointHistory
+from bsm_mesh.solve.zones.joint_points import JointPoints, slip_path_after
+from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
+from bsm_mesh.solve.zones.mesh import Discretization, continuum_mesh
+from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
+from bsm_mesh.solve.zones.placed_points import joint_points
+from bsm_mesh.solve.zones.solution import ContinuumSolution
+from bsm_mesh.solve.zones.stage_solution import StageEnd, stage_solution
+from bsm_mesh.solve.zones.supports import held_displacements
+from bsm_mesh.solve.zones.system import FreeUnknowns, refuse_free_motion
+from bsm_mesh.solve.zones.tangents import Tangents
 
 PARTS = 4  # of what is out of balance, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
@@ -123,19 +122,19 @@ class Continuum:
         self.seconds = time.perf_counter() - began
 
     def solve(
-        self, elasticity: ElasticityName, count: int | None = None, near: Sequence[FloatArray] = ()
+        self, elasticity: BlockElasticity, count: int | None = None, near: Sequence[FloatArray] = ()
     ) -> tuple[ContinuumSolution, ...]:
-        """Return the first `count` stages with the named elastic constants, up to the first without equilibrium.
+        """Return the first `count` stages with these elastic constants, up to the first without equilibrium.
 
         Each is sought from where the last left the rock, or, for as many as have one, near positions of the blocks,
         (n, 3) each [m, m, rad].
         """
-        if elasticity not in ("nominal", "matched"):
-            raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
         began = time.perf_counter()
-        of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
-        notes = (*departures.notes(self.model, self.joints is not None, self.discretization.rock_breaks), *notes)
-        run = _Run(self, of_block[self.mesh.block])
+        notes = (
+            *departures.notes(self.model, self.joints is not None, self.discretization.rock_breaks),
+            *elasticity.notes,
+        )
+        run = _Run(self, elasticity.stiffness[self.mesh.block])
         found: list[ContinuumSolution] = []
         stages: tuple[Stage | None, ...] = (None, *self.model.stages)
         for number, (before, present) in enumerate(
@@ -145,7 +144,7 @@ class Continuum:
             run.near = near[number] if number < len(near) else None
             end = run.first(present) if stage is None else run.next(stage, number, before, present)
             seconds = self.seconds + time.perf_counter() - began
-            found.append(stage_solution(self, end, elasticity, seconds, notes))
+            found.append(stage_solution(self, end, elasticity.name, seconds, notes))
             if not found[-1].converged:
                 break
         return tuple(found)

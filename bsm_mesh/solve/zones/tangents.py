@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.continuum.system import FreeUnknowns
+from bsm_mesh.solve.zones.system import FreeUnknowns
 
 
 class PointStiffness(NamedTuple):

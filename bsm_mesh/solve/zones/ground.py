@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.converters.continuum.joint_history import JointHistory
-from bsm_mesh.converters.continuum.joint_points import JointPoints
-from bsm_mesh.converters.continuum.loads import assemble_load
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.solve.zones.joint_history import JointHistory
+from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.loads import assemble_load
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
 WATER_ORDER = 12  # of integration: the pressure has a bend where the table crosses a cell
 

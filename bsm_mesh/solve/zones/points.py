@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
 
 def sampling(mesh: ContinuumMesh, basis: Any, point: FloatArray, block: IntArray) -> tuple[Any, Any]:

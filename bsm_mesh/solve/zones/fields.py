@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.supports import nodal_unknowns
+from bsm_mesh.solve.zones.supports import nodal_unknowns
 
 
 def block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any, Any]:

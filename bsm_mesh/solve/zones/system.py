@@ -11,8 +11,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.supports import HeldDisplacements, nodal_unknowns
 from bsm_mesh.errors import ModelError, place
+from bsm_mesh.solve.zones.supports import HeldDisplacements, nodal_unknowns
 
 SOLVED = 1e-6  # of the displacements: a larger misfit of the supports means that they contradict each other
 RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one is a motion that nothing holds

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.converters.continuum.equilibrium import Equations
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.solve.zones.equilibrium import Equations
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
 
 def moved_with_blocks(blocks: Blocks, mesh: ContinuumMesh, basis: Any, position: FloatArray) -> FloatArray:

@@ -27,13 +27,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
-from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState, remember
-from bsm_mesh.converters.continuum.joint_points import JointPoints
-from bsm_mesh.converters.continuum.system import HINGED, FreeUnknowns
-from bsm_mesh.converters.continuum.tangents import Tangents
 from bsm_mesh.errors import ModelError
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
+from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
+from bsm_mesh.solve.zones.joint_history import JointHistory, JointState, remember
+from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.system import HINGED, FreeUnknowns
+from bsm_mesh.solve.zones.tangents import Tangents
 
 BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
 ROUNDING = 10 * np.finfo(float).eps  # of the greatest stiffness times the greatest displacement

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces
-
-ElasticityName = Literal["nominal", "matched"]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -23,7 +20,7 @@ class ContinuumSolution:
     converged : bool
         Whether equilibrium was found, no block having moved farther than its own size; always so without joints that
         slip or open. Small displacements hold for far less: `compare` looks at that.
-    elasticity : {"nominal", "matched"}
+    elasticity : str
         Elastic constants: the rock's E and Poisson's ratio, or those of the continuum to which the
         Block-Spring Model tends (`converters.continuum.elasticity.matched_elasticity`).
     present : (n,) bool
@@ -59,7 +56,7 @@ class ContinuumSolution:
 
     name: str
     converged: bool
-    elasticity: ElasticityName
+    elasticity: str
     present: BoolArray
     stress: FloatArray
     displacement: FloatArray

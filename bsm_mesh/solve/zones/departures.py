@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.converters.continuum.elasticity import rigid_rock_faults, rocks_in_use
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointLoad
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.zones.elasticity import rigid_rock_faults, rocks_in_use
 
 
 def is_all_rigid(model: Model) -> bool:

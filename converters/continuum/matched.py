@@ -1,9 +1,7 @@
-"""Elastic constants of the continuum: those of the rock, and those that the Block-Spring Model really has."""
+"""Elastic constants that the Block-Spring Model really has as a continuum."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -14,64 +12,18 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import least_depth
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
-
-RIGID = 1e13  # Pa: a hundred times the stiffest rock
-BESIDE_JOINTS = 1e3  # of a joint's stiffness times a block's size: rock so stiff moves results by .1 % at most
+from bsm_mesh.solve.zones.elasticity import (
+    BlockElasticity,
+    Elasticity,
+    by_rock,
+    nominal_constants,
+    refuse_rigid,
+    rigid_stiffness,
+    rocks_in_use,
+)
 
 CellKind = Literal["triangle", "quad", "polygon"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Elasticity:
-    """Plane-strain stiffness of cubic symmetry; isotropic where c11 - c12 = 2 c66.
-
-    In its axes: ``sigma_xx = c11 e_xx + c12 e_yy``, ``sigma_yy = c12 e_xx + c11 e_yy``, ``sigma_xy = 2 c66 e_xy``.
-
-    Attributes
-    ----------
-    c11, c12, c66 : float [Pa]
-        Stiffnesses.
-    """
-
-    c11: float
-    c12: float
-    c66: float
-
-    @property
-    def modulus(self) -> float:
-        """E* [Pa]: stress over strain along an axis with the other direction free, E / (1 - nu^2) if isotropic."""
-        return self.c11 - self.c12**2 / self.c11
-
-    @property
-    def poisson(self) -> float:
-        """nu*: cross strain over strain in that state, nu / (1 - nu) if isotropic."""
-        return self.c12 / self.c11
-
-    @property
-    def shear(self) -> float:
-        """G* [Pa] in the axes."""
-        return self.c66
-
-    @property
-    def matrix(self) -> FloatArray:
-        """Stiffness (3, 3) [Pa] from (e_xx, e_yy, 2 e_xy) to (sigma_xx, sigma_yy, sigma_xy), in the axes."""
-        return np.array([(self.c11, self.c12, 0.0), (self.c12, self.c11, 0.0), (0.0, 0.0, self.c66)])
-
-
-def nominal_elasticity(rock: Rock) -> Elasticity:
-    """Return the plane-strain stiffness of the rock's own E and Poisson's ratio.
-
-    Raises
-    ------
-    ModelError
-        If the rock is rigid.
-    """
-    _refuse_rigid(rock)
-    assert rock.young is not None
-    assert rock.poisson is not None
-    lame = rock.young * rock.poisson / ((1 + rock.poisson) * (1 - 2 * rock.poisson))
-    G = rock.young / (2 * (1 + rock.poisson))
-    return Elasticity(c11=lame + 2 * G, c12=lame, c66=G)
+ElasticityName = Literal["nominal", "matched"]
 
 
 def matched_elasticity(rock: Rock, cell_kind: CellKind) -> Elasticity:
@@ -93,7 +45,7 @@ def matched_elasticity(rock: Rock, cell_kind: CellKind) -> Elasticity:
     ModelError
         If the rock is rigid.
     """
-    _refuse_rigid(rock)
+    refuse_rigid(rock)
     E_N, E_T = rock.contact_moduli
     if cell_kind == "quad":
         return Elasticity(c11=E_N, c12=0.0, c66=E_T / 2)
@@ -159,18 +111,15 @@ def cell_kind_of(blocks: Blocks) -> CellKind:
     return max(counts, key=lambda kind: counts[kind])
 
 
-def nominal_stiffness(model: Model) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the stiffness (n, 3, 3) [Pa] of every block's rock by its E and Poisson's ratio; nothing to note.
-
-    Rigid rock has `rigid_stiffness`.
-    """
-    rigid = rigid_stiffness(model)
-    matrices = _by_rock(model, lambda rock: rigid if rock.is_rigid else nominal_elasticity(rock).matrix)
-    return matrices[model.blocks.rock], ()
+def constants_of(model: Model, elasticity: ElasticityName) -> BlockElasticity:
+    """Return the rock's own constants ("nominal") or those that the blocks have ("matched")."""
+    if elasticity not in ("nominal", "matched"):
+        raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
+    return nominal_constants(model) if elasticity == "nominal" else matched_constants(model)
 
 
-def matched_stiffness(model: Model) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the stiffness (n, 3, 3) [Pa] that the blocks as a continuum have, and what was chosen.
+def matched_constants(model: Model) -> BlockElasticity:
+    """Return the constants (n, 3, 3) [Pa] that the blocks as a continuum have; notes say what was chosen.
 
     Where most blocks are triangles all are taken as such (`matched_elasticity`); else every block has its own
     `affine_stiffness`. Joints and the springs' place on an edge do not enter. Rigid rock has `rigid_stiffness`.
@@ -180,36 +129,13 @@ def matched_stiffness(model: Model) -> tuple[FloatArray, tuple[str, ...]]:
     used = [rock for rock in model.rocks if rock.name in rocks_in_use(model) and not rock.is_rigid]
     notes = tuple(_matched_note(rock, kind) for rock in used)
     if kind == "triangle":
-        matrices = _by_rock(model, lambda rock: rigid if rock.is_rigid else matched_elasticity(rock, kind).matrix)
-        return matrices[blocks.rock], notes
-    moduli = _by_rock(model, lambda rock: np.array(rock.contact_moduli))[blocks.rock]
+        matrices = by_rock(model, lambda rock: rigid if rock.is_rigid else matched_elasticity(rock, kind).matrix)
+        return BlockElasticity(name="matched", stiffness=matrices[blocks.rock], notes=notes)
+    moduli = by_rock(model, lambda rock: np.array(rock.contact_moduli))[blocks.rock]
     is_rigid = np.isinf(moduli[:, 0])
     stiffness = affine_stiffness(blocks, np.where(is_rigid[:, None], 1.0, moduli))
     stiffness[is_rigid] = rigid
-    return stiffness, notes
-
-
-def rigid_stiffness(model: Model) -> FloatArray:
-    """Return the stiffness (3, 3) [Pa] that stands for rigid rock.
-
-    Its modulus is `RIGID`, or more where that would not be much beside joints on blocks of their size.
-    """
-    stiffest = max((joint.contact_stiffness[0] for joint in model.joints), default=0.0)
-    modulus = max(RIGID, BESIDE_JOINTS * stiffest * float(np.sqrt(model.blocks.moments.area.max())))
-    return nominal_elasticity(Rock("rigid", unit_weight=0.0, young=modulus, poisson=0.0)).matrix
-
-
-def rocks_in_use(model: Model) -> set[str]:
-    """Return the names of the rocks of which there are blocks."""
-    return {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
-
-
-def _by_rock(model: Model, value: Callable[[Rock], FloatArray]) -> FloatArray:
-    """Return a value for every name in ``blocks.rock_names``; NaN where no block has that rock."""
-    used = rocks_in_use(model)
-    values = {rock.name: value(rock) for rock in model.rocks if rock.name in used}
-    nothing = np.full_like(next(iter(values.values())), np.nan)
-    return np.array([values.get(name, nothing) for name in model.blocks.rock_names])
+    return BlockElasticity(name="matched", stiffness=stiffness, notes=notes)
 
 
 def _matched_note(rock: Rock, kind: CellKind) -> str:
@@ -223,23 +149,3 @@ def _matched_note(rock: Rock, kind: CellKind) -> str:
         f"rock '{rock.name}', matched: {what} E* = {e.modulus:.4g} Pa, nu* = {e.poisson:.4g}, G* = {e.shear:.4g} Pa "
         "(plane strain)"
     )
-
-
-def rigid_rock_faults(rocks: tuple[Rock, ...], used: set[str]) -> list[str]:
-    """Return one sentence for every rock in use that has no elasticity."""
-    faults = []
-    for rock in rocks:
-        if rock.name in used and rock.is_rigid:
-            cure = (
-                "give it young and poisson"
-                if rock.young is None
-                else "its stiffness is 'rigid'; choose 'wang', 'homogeneous' or 'triangle'"
-            )
-            faults.append(f"rock '{rock.name}': a continuum solution needs an elastic rock; {cure}")
-    return faults
-
-
-def _refuse_rigid(rock: Rock) -> None:
-    faults = rigid_rock_faults((rock,), {rock.name})
-    if faults:
-        raise ModelError(faults)

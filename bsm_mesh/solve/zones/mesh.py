@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.continuum.outlines import Outlines, are_quads, fans, refined_outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks, merge_points
 from bsm_mesh.model.faces import SHORTEST_FACE
+from bsm_mesh.solve.zones.outlines import Outlines, are_quads, fans, refined_outlines
 
 MOST_REFINEMENTS = 6  # 4096 cells for each
 Mesher = Callable[[FloatArray, IntArray, IntArray, IntArray], tuple[FloatArray, IntArray, IntArray, IntArray, IntArray]]

@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.comparability import moved_far
-from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
-from bsm_mesh.converters.continuum.equilibrium import Iterate
-from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_cells
-from bsm_mesh.converters.continuum.fills import Fill, gradient_at_fill
-from bsm_mesh.converters.continuum.ground import PoreWater
-from bsm_mesh.converters.continuum.joint_history import JointState
-from bsm_mesh.converters.continuum.joint_points import JointPoints
-from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
-from bsm_mesh.converters.continuum.supports import nodal_unknowns
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, ContactStatus
+from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
+from bsm_mesh.solve.zones.equilibrium import Iterate
+from bsm_mesh.solve.zones.fields import mean_gradient, over_blocks, stress_of, vtk_cells
+from bsm_mesh.solve.zones.fills import Fill, gradient_at_fill
+from bsm_mesh.solve.zones.ground import PoreWater
+from bsm_mesh.solve.zones.joint_history import JointState
+from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.small_displacements import moved_far
+from bsm_mesh.solve.zones.solution import ContinuumSolution
+from bsm_mesh.solve.zones.supports import nodal_unknowns
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters.continuum.stages import Continuum
+    from bsm_mesh.solve.zones.stages import Continuum
 
 
 RUNAWAY = 1.0  # of a block's size, or a radian: what small displacements balance only so far away is not at rest
@@ -76,7 +76,7 @@ class StageEnd:
 
 
 def stage_solution(
-    of: Continuum, end: StageEnd, elasticity: ElasticityName, seconds: float, notes: tuple[str, ...]
+    of: Continuum, end: StageEnd, elasticity: str, seconds: float, notes: tuple[str, ...]
 ) -> ContinuumSolution:
     """Return a stage averaged over the blocks."""
     basis, block = of.basis, of.mesh.block

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.fields import mean_gradient
+from bsm_mesh.solve.zones.fields import mean_gradient
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -14,11 +14,11 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.dilation import Dilating, slip_of_step
 from bsm_mesh.contact.shear_springs import Growing, Springs
-from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState
-from bsm_mesh.converters.continuum.rock_faces import interface_dilations, interface_laws, interface_tensions
-from bsm_mesh.converters.continuum.tangents import PointStiffness
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, closure, memory_of, signed, wear_length_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
+from bsm_mesh.solve.zones.rock_faces import interface_dilations, interface_laws, interface_tensions
+from bsm_mesh.solve.zones.tangents import PointStiffness
 
 TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
 LINEAR = np.array([(2.0, 1.0), (1.0, 2.0)]) / 3  # forces at two ends, over half the length, of tractions given there

@@ -20,11 +20,11 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, IntArray
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh, facets_between
-from bsm_mesh.converters.continuum.rock_faces import number_between, whole_rock
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.zones.mesh import ContinuumMesh, facets_between
+from bsm_mesh.solve.zones.rock_faces import number_between, whole_rock
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

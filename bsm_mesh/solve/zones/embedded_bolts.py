@@ -18,14 +18,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
-from bsm_mesh.converters.continuum.points import sampling
 from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.record import bolt_forces
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
+from bsm_mesh.solve.zones.points import sampling
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

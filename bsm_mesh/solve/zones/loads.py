@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.model.loads import ActingLoad, BoundaryLoad, PointForces, PointLoad, edge_tractions, point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
 
 def load_vector(

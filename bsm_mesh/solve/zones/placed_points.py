@@ -15,18 +15,18 @@ import scipy.sparse as sp
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.dilation import Dilating
 from bsm_mesh.contact.shear_springs import Growing
-from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
-from bsm_mesh.converters.continuum.interfaces import Interfaces
-from bsm_mesh.converters.continuum.joint_points import JointPoints
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
-from bsm_mesh.converters.continuum.rock_faces import (
+from bsm_mesh.model.model import Model
+from bsm_mesh.solve.zones.elasticity import nominal_constants
+from bsm_mesh.solve.zones.interfaces import Interfaces
+from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
+from bsm_mesh.solve.zones.rock_faces import (
     interface_closures,
     interface_curves,
     interface_dilations,
     interface_laws,
     interface_tensions,
 )
-from bsm_mesh.model.model import Model
 
 Rule = tuple[FloatArray, FloatArray]
 """Places and weights along a side of length 1."""
@@ -68,7 +68,7 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
     tied = joint >= len(of_joints)
     stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
     tension, residual_tension = interface_tensions(model)
-    stiffness[tied] = TIED * nominal_stiffness(model)[0].max() / length[tied, None]
+    stiffness[tied] = TIED * nominal_constants(model).stiffness.max() / length[tied, None]
     return JointPoints(
         point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
         normal=normal.T.copy(),

@@ -1,0 +1,47 @@
+"""How far blocks may move while displacements count as small."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.faces import find_faces
+from bsm_mesh.results.movement import displacement_of
+
+MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
+
+
+def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:
+    """Return which block moved how far where small displacements do not hold; empty where they do.
+
+    What all blocks do together is no matter. A block moves far that turns by more than `most`, or whose faces move
+    against those of a neighbour by more than that part of its size.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        As given.
+    position : (n, 3) float64 [m, m, rad]
+        Their movement.
+    present : (n,) bool
+        Which of them are there.
+    most : float [-; rad]
+        How far they may move.
+    """
+    size, faces = np.sqrt(blocks.moments.area), find_faces(blocks)
+    a, b = blocks.owner[faces.edge_a], blocks.owner[faces.edge_b]
+    apart = np.zeros(len(a))
+    for end in (faces.start, faces.end):
+        relative = displacement_of(blocks, position, a, end) - displacement_of(blocks, position, b, end)
+        apart = np.maximum(apart, np.hypot(*relative.T))
+    share = apart / np.minimum(size[a], size[b]) * (present[a] & present[b])
+    turned = np.abs(position[:, 2]) * present
+    limit = f"and small displacements hold up to {100 * MOVED:g} %"
+    if share.max(initial=0.0) > max(most, turned.max()):
+        worst = int(share.argmax())
+        one, other = (a[worst], b[worst]) if size[a[worst]] <= size[b[worst]] else (b[worst], a[worst])
+        return f"{one} moved {100 * share[worst]:.3g} % of its size against block {other}, {limit}"
+    if turned.max() > most:
+        return f"{int(turned.argmax())} turned by {turned.max():.3g} rad, {limit}"
+    return ""
