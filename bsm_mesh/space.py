@@ -12,6 +12,7 @@ from bsm_mesh.lazy import names_from
 
 if TYPE_CHECKING:
     from bsm_mesh.three_d.check import check_stage
+    from bsm_mesh.three_d.joint_polygons import joint_polygons
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
     from bsm_mesh.three_d.model.loads import forces_in_space
@@ -25,6 +26,7 @@ __all__ = [
     "check_stage",
     "faults_in_space",
     "forces_in_space",
+    "joint_polygons",
     "proof_in_space",
     "refuse_unready",
     "some_polyhedra",
@@ -36,6 +38,7 @@ HOMES = {
     "check_stage": "bsm_mesh.three_d.check",
     "faults_in_space": "bsm_mesh.three_d.model.given",
     "forces_in_space": "bsm_mesh.three_d.model.loads",
+    "joint_polygons": "bsm_mesh.three_d.joint_polygons",
     "proof_in_space": "bsm_mesh.three_d.proof",
     "refuse_unready": "bsm_mesh.three_d.model.given",
     "some_polyhedra": "bsm_mesh.three_d.model.parts",

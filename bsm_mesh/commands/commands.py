@@ -23,15 +23,15 @@ from bsm_mesh.text.beside_tables import beside_lines
 from bsm_mesh.text.flow_text import FLOW_HEADER, flow_rows
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.tables import (
-    DOWN_HEADER,
-    FALL_HEADER,
-    JOINT_HEADER,
     SPREAD_HEADER,
     STAGE_HEADER,
     describe,
+    down_header,
     down_rows,
+    fall_header,
     fall_reasons,
     fall_rows,
+    joint_header,
     joint_rows,
     print_table,
     spread_rows,
@@ -75,22 +75,23 @@ def run_model(
             tables=tables,
         )
         results, notes, folder = done.results, done.notes, done.folder
-        assert folder is not None
         drawn = []
-        if pictures:
+        if pictures and folder is not None:
             from bsm_mesh.pictures.plot import draw_in_subprocess
 
             progress.report("pictures")
             drawn = draw_in_subprocess(folder)
     if as_json:
         sets = [asdict(one) for one in joint_sets(results, results.stages[-1])]
-        say_json({**summary(results), "joints": sets, "notes": notes, "folder": str(folder)})
+        say_json({**summary(results), "joints": sets, "notes": notes, "folder": folder and str(folder)})
     else:
-        _print_results(results, notes, folder, drawn, verbose=verbose)
+        _print_results(results, notes, verbose=verbose)
+        if folder is not None:
+            _print_files(results, folder, drawn)
     return EXIT_CODES[results.status]
 
 
-def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path], *, verbose: bool) -> None:
+def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -> None:
     for note in notes:
         say(f"mesh: {note}", err=True)
     title = results.title or "Results"
@@ -98,16 +99,19 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
         title = f"{title}: after {named_stage(results.stages[-1].name)}"
     if falls := fall_rows(results):
-        header, rows = FALL_HEADER[:-1], [row[:-1] for row in falls]  # reasons are sentences, too long for a column
+        header, rows = (
+            fall_header(results)[:-1],
+            [row[:-1] for row in falls],
+        )  # reasons are sentences, too long for a column
         print_table("What came down and was taken away", header, rows, texts=2)
         for reason in fall_reasons(results):
             say(reason)
     print_table(title, ("", ""), describe(results, verbose=verbose))
     if down := down_rows(results):
         most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""
-        print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)
+        print_table(f"What comes down{most}", down_header(results), down, texts=2)
     if joints := joint_rows(results):
-        print_table("Joints", JOINT_HEADER, joints)
+        print_table("Joints", joint_header(results), joints)
     if water := flow_rows(results.stages[-1]):
         print_table("Flow", FLOW_HEADER, water)
     if beside := beside_lines(results):
@@ -120,6 +124,9 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     if results.spread:
         print_table("Other routes", SPREAD_HEADER, spread_rows(results.spread), texts=2)
         say(f"spread: {spread_text(results.spread)}")
+
+
+def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:
     series = "blocks.pvd, contacts.pvd, joints.pvd, supports.pvd" + (
         ", water.pvd" if (folder / "water.pvd").exists() else ""
     )

@@ -92,6 +92,7 @@ class Blocks(Portable):
         )
 
     bulk_name, bulk_unit = "area", "m2"  # of `Moments.bulk`
+    components, force_unit, face_unit = "x, y", "N/m", "m"  # of vectors; of forces; of what a contact stands for
     axes = 3  # numbers that say how a block has moved: u, v, theta
 
     @property

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from bsm_mesh.errors import counted, place
 from bsm_mesh.results.results import Results
-from bsm_mesh.text.tables import FALL_HEADER, STAGE_HEADER, describe, engineering, fall_rows, stage_rows
+from bsm_mesh.text.tables import STAGE_HEADER, describe, engineering, fall_header, fall_rows, stage_rows
 
 if TYPE_CHECKING:
     from bsm_mesh.model.materials import Joint, Rock
@@ -43,7 +43,7 @@ def results_html(results: Results) -> str:
     if len(results.stages) > 1:
         parts.append(_table(STAGE_HEADER, stage_rows(results)))
     if falls := fall_rows(results):
-        parts.append(_table(FALL_HEADER, falls))
+        parts.append(_table(fall_header(results), falls))
     return _page(results.title or "Results", *parts)
 
 

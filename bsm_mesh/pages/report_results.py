@@ -30,7 +30,7 @@ from bsm_mesh.text.beside_tables import beside_rows
 from bsm_mesh.text.flow_text import flow_rows
 from bsm_mesh.text.headings import PICTURES_FOLDER, heading
 from bsm_mesh.text.quality import Thresholds, poor_blocks
-from bsm_mesh.text.tables import FALL_HEADER, describe, engineering, fall_rows, residual_text
+from bsm_mesh.text.tables import describe, engineering, fall_header, fall_rows, residual_text
 
 ASSUMPTIONS = (
     "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
@@ -63,7 +63,7 @@ def content_of(out: Path) -> dict[str, Any]:
         "fields": tomllib.loads(model).get("report", {}) if model else {},
         "heading": heading(told),
         "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
-        "fall_header": FALL_HEADER,
+        "fall_header": fall_header(results),
         "falls": fall_rows(results),
         "beside_header": BESIDE_HEADER,
         "beside": beside_rows(results),
@@ -88,7 +88,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     rows.insert(2, ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"))
     rows.append(("moved most in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}"))
     rows.append(("contacts", f"{len(stage.contacts.length)}"))
-    rows.append(("residual: block most out of balance", residual_text(stage)))
+    rows.append(("residual: block most out of balance", residual_text(results, stage)))
     if stage.unstable_blocks.size:
         rows.append(("blocks that come down", numbered("block", stage.unstable_blocks)))
     rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]

@@ -3,15 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from bsm_mesh.results.joint_faces import JointFaces, joint_faces
+from bsm_mesh import space
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.records import StageResult
 
 if TYPE_CHECKING:
     from bsm_mesh.results.results import Results
 
 ROCK_FACE = "unjointed rock"
+
+
+class FacesOfJoints(Protocol):
+    """Faces between blocks at the end of a stage: `JointFaces` of the plane, `JointPolygons` of space."""
+
+    @property
+    def joint(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def length(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def slip(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def opening(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def pressure(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def slipping(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def open(self) -> FloatArray: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +51,7 @@ class JointSet:
     name : str
         Of the joint; "unjointed rock" of faces without one.
     length : float [m]
-        Of all its faces between blocks that are there.
+        Of all its faces between blocks that are there; in space their area [m2].
     slipping, open : float
         Share of the length that slips or is within 1 % of its strength, and that is open.
     pressure : float [Pa]
@@ -47,13 +75,15 @@ class JointSet:
 
 def joint_sets(results: Results, stage: StageResult) -> tuple[JointSet, ...]:
     """Return the joint sets that have faces in a stage, in the order of the joints; unjointed rock is the last."""
-    faces = joint_faces(results, stage)
+    faces: FacesOfJoints = (
+        space.joint_polygons(results, stage) if in_space(results.blocks) else joint_faces(results, stage)
+    )
     numbers = [*range(len(results.joint_names)), -1]
     found = (joint_set(name, faces, n) for n, name in zip(numbers, (*results.joint_names, ROCK_FACE), strict=True))
     return tuple(one for one in found if one is not None)
 
 
-def joint_set(name: str, faces: JointFaces, number: int) -> JointSet | None:
+def joint_set(name: str, faces: FacesOfJoints, number: int) -> JointSet | None:
     """Return what happened in the joint of a number; None where it has no face."""
     mine = faces.joint == number
     length = faces.length[mine]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.shaking import ShakingResult
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.submodel import SubModel
 
 
 class Status(StrEnum):
@@ -114,6 +117,10 @@ class ContactForces(Portable):
             joint=whole,
             water_pressure=numbers,
         )
+
+    def in_whole(self, part: SubModel) -> Self:
+        """Return a part's contacts in the numbers of the whole."""
+        return replace(self, block_a=part.block[self.block_a], block_b=part.block[self.block_b])
 
     @property
     def force(self) -> FloatArray:
@@ -343,7 +350,8 @@ class StageResult(Portable):
     @property
     def uplifted_blocks(self) -> IntArray:
         """Blocks on which the water pushes up more than weight and loads push down, (k,)."""
-        lifted = (self.water[:, 1] > 0) & (self.loads[:, 1] > 1e-9 * self.water[:, 1])
+        water, load = (translations(each)[:, -1] for each in (self.water, self.loads))  # the last points up
+        lifted = (water > 0) & (load > 1e-9 * water)
         found: IntArray = np.flatnonzero(lifted & self.present).astype(np.int32)
         return found
 

@@ -86,15 +86,16 @@ def total_and_effective_stress(
 def stress_is_known(blocks: Blocks, present: BoolArray, supports: SupportForces) -> BoolArray:
     """Return the blocks (n,) whose average stress says something of the rock.
 
-    Not those that supports hold at two points or more in both directions, or as a whole: statics does not tell
-    where in them the reactions act. Not corner slivers, under `SLIVER` of the mean area: forces over hardly any.
+    Not those that supports hold at two points or more in all directions, or as a whole: statics does not tell
+    where in them the reactions act. Not corner slivers, under `SLIVER` of the mean area (in space: volume).
     """
     both = np.flatnonzero(np.abs(supports.reaction).min(axis=1, initial=np.inf) > 0)
     held = np.bincount(supports.block[both], minlength=blocks.count)
-    whole = np.bincount(supports.block, np.abs(supports.moment), minlength=blocks.count) > 0
-    area = blocks.moments.area
-    mean = float(area[present].mean()) if present.any() else 0.0
-    known: BoolArray = present & (held < 2) & ~whole & (area >= SLIVER * mean)
+    turns = np.abs(supports.moment).reshape(len(supports.block), -1).sum(axis=1)  # in space of three components
+    whole = np.bincount(supports.block, turns, minlength=blocks.count) > 0
+    bulk = blocks.moments.bulk
+    mean = float(bulk[present].mean()) if present.any() else 0.0
+    known: BoolArray = present & (held < 2) & ~whole & (bulk >= SLIVER * mean)
     return known
 
 
@@ -110,6 +111,9 @@ def extreme_stresses(blocks: Blocks, stage: StageResult) -> tuple[float, float, 
 
 def principal_stresses(stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (sigma_1, sigma_3) [Pa]: the most and the least compressive principal stress, tension positive."""
+    if stress.shape[1] > 2:
+        sigma = np.linalg.eigvalsh(stress).astype(np.float64)
+        return sigma[:, 0], sigma[:, -1]
     mean = (stress[:, 0, 0] + stress[:, 1, 1]) / 2
     radius = np.hypot((stress[:, 0, 0] - stress[:, 1, 1]) / 2, stress[:, 0, 1])
     return mean - radius, mean + radius

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.model.kinds import in_space
 from bsm_mesh.results.joint_sets import JointSet, joint_sets
 from bsm_mesh.safety.driver import Found
 
@@ -29,7 +28,7 @@ class Mechanism:
     centre : tuple of float [m]
         Their common centroid, where they were given.
     joints : tuple of JointSet
-        How the joints are used just before, at the last stable value; none where no value was stable, and of polyhedra.
+        How the joints are used just before, at the last stable value; none where no value was stable.
     """
 
     value: float
@@ -60,5 +59,5 @@ def mechanism_of(found: Found) -> Mechanism | None:
         area=float(area.sum()),
         part=float(area.sum() / moments.bulk[stage.present].sum()),
         centre=tuple(centre.tolist()),
-        joints=() if last is None or in_space(last.blocks) else joint_sets(last, last.stages[-1]),
+        joints=() if last is None else joint_sets(last, last.stages[-1]),
     )

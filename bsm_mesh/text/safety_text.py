@@ -32,7 +32,8 @@ def rows_of(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     fails = told["mechanism"]
     if fails is not None:
         at = place(round(x, 2) + 0.0 for x in fails["centre"])  # to the centimetre
-        size = f"{engineering(fails['area'], 'm2')}, {100 * fails['part']:.3g} % of all"
+        unit = "m2" if len(fails["centre"]) == 2 else "m3"
+        size = f"{engineering(fails['area'], unit)}, {100 * fails['part']:.3g} % of all"
         rows.append(("what fails", f"{numbered('block', fails['blocks'], 6)}: {size}, around {at} m"))
         rows += [
             (f"just before, of {name}", f"{100 * each['slipping']:.3g} % slips, {100 * each['open']:.3g} % open")

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
+from bsm_mesh.movements import distances, lengths, translations
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_faces import AT_STRENGTH
 from bsm_mesh.results.joint_sets import joint_sets
@@ -22,7 +24,7 @@ PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
 SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
 MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
 LONGEST_WORD = 13  # letters of a wrapped text that stay together where other columns are wide
-SQUARED = ("m2",)  # bear no prefix: a mm2 is no thousandth of a m2
+SQUARED = ("m2", "m3")  # bear no prefix: a mm2 is no thousandth of a m2
 
 
 def engineering(value: float, unit: str) -> str:
@@ -111,12 +113,12 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
 
     Terminal, notebook and report take their words from here; `verbose` adds how the solution was found.
     """
-    stage = stage or results.stages[-1]
+    stage, blocks = stage or results.stages[-1], results.blocks
     unfinished = not results.finished and stage is results.stages[-1]
-    most_compressive, most_tensile, unknown = extreme_stresses(results.blocks, stage)
+    most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
     without = f" (without {counted(unknown, 'block')} that supports hold, and slivers)" if unknown else ""
     rows = [
-        ("verdict", results.status.value if unfinished else verdict_in_words(results.blocks, stage)),
+        ("verdict", results.status.value if unfinished else verdict_in_words(blocks, stage)),
         ("why", stage.reason),
     ]
     if stage.unstable_blocks.size:
@@ -126,9 +128,9 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
         ("greatest displacement", _greatest_displacement(results, stage)),
         ("most compressive stress (sigma_1)", engineering(most_compressive, "Pa") + without),
         ("most tensile stress (sigma_3)", engineering(most_tensile, "Pa") + without),
-        ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
-        *_water_rows(stage),
-        ("reactions (x, y)", vector(stage.total_reaction, "N/m")),
+        (f"weights and loads ({blocks.components})", vector(stage.total_load, blocks.force_unit)),
+        *_water_rows(results, stage),
+        (f"reactions ({blocks.components})", vector(stage.total_reaction, blocks.force_unit)),
     ]
     if stage.bolts.count:
         rows += bolt_rows(stage.bolts)
@@ -140,29 +142,38 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
 
 
 def falling(results: Results, stage: StageResult) -> str:
-    """Return what comes down at the end of a stage: number, weight, area and part of the whole."""
-    down, area = stage.unstable_blocks, results.blocks.moments.area
-    fallen = float(area[down].sum())
-    weight = [] if stage.evidence is None else [float(np.hypot(*stage.evidence.weight[down].T).sum())]
+    """Return what comes down at the end of a stage: number, weight, area (in space: volume) and part of the whole."""
+    down, bulk, unit = stage.unstable_blocks, results.blocks.moments.bulk, results.blocks.bulk_unit
+    fallen = float(bulk[down].sum())
+    weight = float(_weights(results, stage)[down].sum())
     told = [
         counted(len(down), "block"),
-        f"{fallen:.3g} m2 ({100 * fallen / float(area[stage.present].sum()):.2g} % of all)",
+        f"{fallen:.3g} {unit} ({100 * fallen / float(bulk[stage.present].sum()):.2g} % of all)",
     ]
-    return ", ".join([*told, *(engineering(each, "N/m") for each in weight if each)])
+    return ", ".join([*told, *([engineering(weight, results.blocks.force_unit)] if weight else [])])
+
+
+def _weights(results: Results, stage: StageResult) -> FloatArray:
+    """Return the weight of every block (n,), with what an earthquake adds; zeros where it is not known."""
+    if stage.evidence is not None:
+        return lengths(stage.evidence.weight)
+    return np.zeros(results.blocks.count) if results.model is None else results.model.weights
 
 
 def _greatest_displacement(results: Results, stage: StageResult) -> str:
     """Return the greatest displacement; where blocks come down, of those that stay."""
-    size = np.hypot(*stage.displacement[:, :2].T) * stage.counts
+    size = distances(stage.displacement) * stage.counts
     size[stage.unstable_blocks] = 0.0
     of = " (of the blocks that stay)" if stage.unstable_blocks.size else ""
     return f"{engineering(float(size.max()), 'm')}{of}"
 
 
-def _water_rows(stage: StageResult) -> list[tuple[str, str]]:
+def _water_rows(results: Results, stage: StageResult) -> list[tuple[str, str]]:
     rows = []
     if len(stage.water_table) or stage.water.any():
-        rows.append(("of these by the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+        total = translations(stage.water).sum(axis=0)
+        name = f"of these by the water ({results.blocks.components})"
+        rows.append((name, vector(total, results.blocks.force_unit)))
     if stage.flow is not None:
         rows.append(("water that flows through the joints", discharge_text(stage.flow.through)))
         rows.append(("flow", how_solved(stage.flow)))
@@ -182,40 +193,46 @@ def _solution_rows(results: Results, stage: StageResult) -> list[tuple[str, str]
     return [
         *rows,
         ("contacts", f"{len(stage.contacts.length)}"),
-        ("residual: block most out of balance", residual_text(stage)),
+        ("residual: block most out of balance", residual_text(results, stage)),
     ]
 
 
-def residual_text(stage: StageResult) -> str:
+def residual_text(results: Results, stage: StageResult) -> str:
     """Return the greatest residual of a block, as a part of the reference weight."""
-    return f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"
+    return f"{stage.residual:.1e} of {engineering(stage.reference_weight, results.blocks.force_unit)}"
 
 
-DOWN_HEADER = ("block", "at", "area", "weight", "of all", "moved")
 MOST_DOWN = 8  # blocks that are listed: the largest
 
 
 def down_rows(results: Results) -> list[tuple[str, ...]]:
     """Return what ``run`` prints of the blocks that come down at the end, the largest of them."""
-    stage, moments = results.stages[-1], results.blocks.moments
-    down = stage.unstable_blocks[np.argsort(-moments.area[stage.unstable_blocks], kind="stable")]
-    whole = float(moments.area[stage.present].sum())
-    weight = np.zeros(len(moments.area)) if stage.evidence is None else np.hypot(*stage.evidence.weight.T)
-    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    stage, blocks = results.stages[-1], results.blocks
+    centroid, bulk = blocks.moments.centroid, blocks.moments.bulk
+    down = stage.unstable_blocks[np.argsort(-bulk[stage.unstable_blocks], kind="stable")]
+    whole = float(bulk[stage.present].sum())
+    weight, moved = _weights(results, stage), distances(stage.stage_displacement)
     return [
         (
             str(block),
-            f"{place(moments.centroid[block].round(2))} m",
-            f"{moments.area[block]:.3g} m2",
-            engineering(float(weight[block]), "N/m"),
-            f"{100 * moments.area[block] / whole:.2g} %",
+            f"{place(centroid[block].round(2))} m",
+            f"{bulk[block]:.3g} {blocks.bulk_unit}",
+            engineering(float(weight[block]), blocks.force_unit),
+            f"{100 * bulk[block] / whole:.2g} %",
             engineering(float(moved[block]), "m"),
         )
         for block in down[:MOST_DOWN].tolist()
     ]
 
 
-FALL_HEADER = ("block", "stage", "from", "area", "weight", "moved", "reason")
+def down_header(results: Results) -> tuple[str, ...]:
+    """Return the header of `down_rows`."""
+    return ("block", "at", results.blocks.bulk_name, "weight", "of all", "moved")
+
+
+def fall_header(results: Results) -> tuple[str, ...]:
+    """Return the header of `fall_rows`."""
+    return ("block", "stage", "from", results.blocks.bulk_name, "weight", "moved", "reason")
 
 
 def fall_rows(results: Results) -> list[tuple[str, ...]]:
@@ -225,8 +242,8 @@ def fall_rows(results: Results) -> list[tuple[str, ...]]:
             str(fall.block),
             stage.name,
             f"{place(np.round(fall.origin, 2))} m",
-            f"{fall.area:.3g} m2",
-            engineering(fall.weight, "N/m"),
+            f"{fall.bulk:.3g} {results.blocks.bulk_unit}",
+            engineering(fall.weight, results.blocks.force_unit),
             engineering(fall.moved, "m"),
             fall.reason,
         )
@@ -263,7 +280,10 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
     ]
 
 
-JOINT_HEADER = ("joint", "length", "slips", "open", "mean pressure", "greatest slip")
+def joint_header(results: Results) -> tuple[str, ...]:
+    """Return the header of `joint_rows`."""
+    size = "length" if results.blocks.face_unit == "m" else "area"
+    return ("joint", size, "slips", "open", "mean pressure", "greatest slip")
 
 
 def joint_rows(results: Results) -> list[tuple[str, ...]]:
@@ -274,7 +294,7 @@ def joint_rows(results: Results) -> list[tuple[str, ...]]:
     return [
         (
             one.name,
-            engineering(one.length, "m"),
+            engineering(one.length, results.blocks.face_unit),
             percent(one.slipping),
             percent(one.open),
             engineering(one.pressure, "Pa"),

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.strength import MAX_UTILISATION
+from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, SupportForces
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
+from bsm_mesh.three_d.contacts.properties import SLOTS
 from bsm_mesh.three_d.step.block_system import BlockSystem
 
 
@@ -28,9 +30,17 @@ class PointForces3D(ContactForces):
         Magnitude of the shear force.
     shear : (m, 3) float64 [N]
         Shear force on `block_b`, across the normal.
+    face : (m,) int32
+        Face of the blocks on which each point lies.
     """
 
     shear: FloatArray
+    face: IntArray
+
+    def in_whole(self, part: SubModel) -> PointForces3D:
+        """Return a part's contacts in the numbers of the whole."""
+        blocks = {name: part.block[getattr(self, name)] for name in ("block_a", "block_b")}
+        return replace(self, **blocks, face=part.corner[self.face])
 
     @property
     def force(self) -> FloatArray:
@@ -106,6 +116,7 @@ def point_forces(system: BlockSystem, motion: Motion, kept: IntArray) -> PointFo
         utilisation=np.minimum(used, MAX_UTILISATION)[kept],
         joint=table.joint[kept],
         water_pressure=np.zeros(len(kept)),
+        face=(table.key[kept] // SLOTS).astype(np.int32),
     )
 
 

@@ -356,7 +356,7 @@ def _confirmed(stage: StageResult, check: Checker) -> StageResult:
 
 def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
     """Return a part's result in the numbers of the whole."""
-    contacts, supports = stage.contacts, stage.supports
+    supports = stage.supports
     return replace(
         stage,
         present=part.present,
@@ -365,7 +365,7 @@ def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
         loads=part.in_whole(stage.loads),
         reactions=part.in_whole(stage.reactions),
         water=part.in_whole(stage.water),
-        contacts=replace(contacts, block_a=part.block[contacts.block_a], block_b=part.block[contacts.block_b]),
+        contacts=stage.contacts.in_whole(part),
         supports=replace(supports, block=part.block[supports.block]),
         unstable_blocks=part.block[stage.unstable_blocks],
         evidence=None if stage.evidence is None else stage.evidence.in_whole(part),

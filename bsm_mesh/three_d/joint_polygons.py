@@ -1,0 +1,121 @@
+"""The contact polygons with what acts and moves on them at the end of a stage: their contact points put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.movements import lengths, turned, turns
+from bsm_mesh.results.joint_faces import AT_STRENGTH, HELD, SHORTEST
+from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.results.records import ContactStatus, StageResult
+from bsm_mesh.results.results import Results
+from bsm_mesh.three_d.record import PointForces3D
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class JointPolygons:
+    """Contact polygons between blocks that are there at the end of a stage, one row each.
+
+    Attributes
+    ----------
+    polygon : (k,) int64
+        Row of ``blocks.contact_polygons``.
+    joint : (k,) int32
+        Number of the joint in ``Results.joint_names``; -1 for unjointed rock.
+    length : (k,) float64 [m2]
+        Area.
+    force : (k, 3) float64 [N]
+        On `block_b`, all points together.
+    slip, opening : (k,) float64 [m]
+        Displacement of a against b along the face and away from it, mean over the area; slip without sign.
+    pressure : (k,) float64 [Pa]
+        Normal force over area, compression positive.
+    utilisation : (k,) float64
+        Shear force over shear strength, the greatest of the points.
+    slipping, open : (k,) float64
+        Share of the area that slips, or is at `AT_STRENGTH`, and that is open.
+    """
+
+    polygon: IntArray
+    joint: IntArray
+    length: FloatArray
+    force: FloatArray
+    slip: FloatArray
+    opening: FloatArray
+    pressure: FloatArray
+    utilisation: FloatArray
+    slipping: FloatArray
+    open: FloatArray
+
+    @property
+    def status(self) -> IntArray:
+        """`ContactStatus` of every polygon, (k,) int8: open as a whole, slipping wherever it is closed, or sticking."""
+        moving = np.where(self.slipping > 0, ContactStatus.SLIPPING, ContactStatus.STICKING)
+        moving = np.where(self.slipping + self.open < 1, ContactStatus.STICKING, moving)
+        return np.where(self.open >= 1, ContactStatus.OPEN, moving).astype(np.int8)
+
+
+def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
+    """Return the contact polygons of a stage; points that have left theirs are not recorded, and count as open."""
+    blocks, c = results.blocks, stage.contacts
+    assert in_space(blocks)
+    assert isinstance(c, PointForces3D)
+    polygons = blocks.contact_polygons
+    row = np.full(len(blocks.face_joint), -1, dtype=np.int64)
+    row[polygons.face] = np.arange(polygons.count)
+    of, area = row[c.face], polygons.area
+
+    def share(values: FloatArray) -> FloatArray:
+        total: FloatArray = np.bincount(of, values * c.length, minlength=polygons.count) / area
+        return total
+
+    recorded = share(np.ones(len(of)))
+    none, missing = recorded <= 0, np.where(recorded < 1 - SHORTEST, 1 - recorded, 0.0)
+    slip, opening = _movement(results, stage)
+    parted = np.hypot(slip, opening) > HELD * np.sqrt(area)
+    is_open = c.status == ContactStatus.OPEN
+    slips = (c.status == ContactStatus.SLIPPING) | (~is_open & (c.utilisation >= AT_STRENGTH))
+    force, used = np.zeros((polygons.count, 3)), np.zeros(polygons.count)
+    np.add.at(force, of, c.force)
+    np.maximum.at(used, of, c.utilisation)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean_slip, mean_opening = share(np.abs(c.slip)) / recorded, share(c.opening) / recorded
+    there = np.flatnonzero(stage.present[polygons.block_a] & stage.present[polygons.block_b])
+    return JointPolygons(
+        polygon=there,
+        joint=_joints(results)[there],
+        length=area[there],
+        force=force[there],
+        slip=np.where(none, slip, mean_slip)[there],
+        opening=np.where(none, opening, mean_opening)[there],
+        pressure=(np.bincount(of, -c.normal_force, minlength=polygons.count) / area)[there] + 0.0,
+        utilisation=used[there],
+        slipping=share(slips.astype(float))[there],
+        open=(share(is_open.astype(float)) + np.where(parted, missing, 0.0))[there],
+    )
+
+
+def _movement(results: Results, stage: StageResult) -> tuple[FloatArray, FloatArray]:
+    """Return the displacement of a against b at the centroids of all polygons, along and away from the face [m]."""
+    blocks: Any = results.blocks
+    polygons, moved = blocks.contact_polygons, stage.displacement + stage.origin
+    one, other = (
+        displacement_of(blocks, moved, block, polygons.centroid) for block in (polygons.block_a, polygons.block_b)
+    )
+    normal = turned(polygons.normal, turns(moved)[polygons.block_b])
+    opening = np.einsum("ij,ij->i", one - other, normal)
+    return lengths(one - other - opening[:, None] * normal), opening
+
+
+def _joints(results: Results) -> IntArray:
+    """Return the number of every polygon's joint in ``Results.joint_names``."""
+    blocks, names = results.blocks, list(results.joint_names)
+    assert in_space(blocks)
+    default = -1 if results.default_joint is None else names.index(results.default_joint)
+    number = np.array([*(names.index(name) for name in blocks.joint_names), default], dtype=np.int32)
+    return number[blocks.contact_polygons.joint]
