@@ -59,6 +59,9 @@ def find_key_blocks(
 
 def _free(loaded: LoadedSpace) -> list[str]:
     """Return the boundaries that are free."""
+    file = loaded.file
+    if not (file.excavation or file.slope or file.key_blocks.free):
+        raise ModelError(f"{loaded.path.name}: nothing is free: give [[excavation]], [slope] or [key_blocks] free")
     return [*loaded.file.key_blocks.free, *([SLOPE] if SLOPE in loaded.blocks.boundaries else [])]
 
 

@@ -16,11 +16,11 @@ from bsm_mesh.folder.result_tables import OutputForm, TableForm
 from bsm_mesh.folder.resume import identity_of, take_up
 from bsm_mesh.folder.run_writer import RunWriter
 from bsm_mesh.model.options import Options
-from bsm_mesh.modelfile.build import build_model, inputs_of, output_folder
-from bsm_mesh.modelfile.model_file import read_model_file
+from bsm_mesh.modelfile.build import build_file, inputs_of, output_folder, read_file
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.model_text import MODEL, Given, as_run, tables_of
 from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.results.results import Results
 from bsm_mesh.solve.stages.checkpoint import Resumption
@@ -94,16 +94,18 @@ def run_file(
         For faults of the file, its mesh or the model, and for a folder that cannot be written to; with `resume` where
         what was interrupted cannot be taken up, or was finished.
     """
-    file = read_model_file(path)
+    file = read_file(path)
     if tables:
         file = file.model_copy(update={"output": file.output.model_copy(update={"tables": tables})})
     reach = Reach(folder=path.parent, scripts=scripts)
     folder = _folder(file, path, reach, output)
+    if tables and isinstance(file, SpaceFile):
+        raise ModelError(f"{path.name}: results of polyhedra are not written as tables yet; ask for none")
     if resume and folder is None:
         raise ModelError("resume goes with a results folder, and output = False leaves nothing to go on with")
     with ExitStack() as held:
         writer = None
-        if folder is not None:
+        if folder is not None and isinstance(file, ModelFile):
             given, steps = _given(file, path, folder, options), file.output.snapshots == "steps"
             writer = held.enter_context(
                 RunWriter(
@@ -116,8 +118,8 @@ def run_file(
                     resumes=resume,
                 )
             )
-        loaded = build_model(file, path, reach, report)
-        for note in loaded.notes:
+        model, notes = build_file(file, path, reach, report)
+        for note in notes:
             noted(note)
 
         def watch(record: StepRecord, results: Callable[[], Results]) -> None:
@@ -130,21 +132,21 @@ def run_file(
                 writer.stage(results)
             finished(results)
 
-        solver = options or loaded.model.options or Options()
+        solver = options or model.options or Options()
         resumption = None
         if writer is not None:
-            writer.checkpoints.identity = identity_of(loaded.model, solver, file.output.snapshots)
+            writer.checkpoints.identity = identity_of(model, solver, file.output.snapshots)
             resumption = _resumption(writer, report, resume=resume)
         with placed(path.name):
             if spread:
                 refuse_one_route(solver)  # before anything is solved
-            results = solve(loaded.model, solver, observer, report, watch, end, resumption)
+            results = solve(model, solver, observer, report, watch, end, resumption)
             if spread:
                 results = with_spread(results, report)
         if writer is not None:
             report(f"writing {folder}")
             writer.finish(results)
-    return FileRun(results=results, notes=loaded.notes, folder=folder)
+    return FileRun(results=results, notes=notes, folder=folder)
 
 
 def _resumption(writer: RunWriter, report: Reporter, *, resume: bool) -> Resumption:
@@ -168,8 +170,10 @@ def _command(path: Path, output: Output, *, scripts: bool, tables: TableForm | L
     return shlex.join(words if scripts else [*words, "--no-scripts"])
 
 
-def _folder(file: ModelFile, path: Path, reach: Reach, output: Output) -> Path | None:
-    if output is False:
+def _folder(file: ModelFile | SpaceFile, path: Path, reach: Reach, output: Output) -> Path | None:
+    if isinstance(file, SpaceFile) and output:
+        raise ModelError(f"{path.name}: results of polyhedra are not written to a folder yet; give no output folder")
+    if output is False or isinstance(file, SpaceFile):
         return None
     if output is None:
         return output_folder(file, path, reach)

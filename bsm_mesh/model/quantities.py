@@ -100,6 +100,7 @@ REQUIRED_FACTOR = Quantity(above=0, most=100, usual=(1, 5), example="1.5")
 
 # Loads, in-situ stress and water.
 FORCE = Quantity(unit="N/m", least=-1e13, most=1e13, example='"120 kN/m"')
+FORCE_IN_SPACE = Quantity(unit="N", least=-1e13, most=1e13, example='"120 kN"')
 STRESS = Quantity(unit="Pa", least=-1e10, most=1e10, usual=(-2e8, 2e8), example='"220 kPa"')
 STRESS_GRADIENT = Quantity(unit="Pa/m", least=-1e8, most=1e8, usual=(-1e6, 1e6), example='"26 kN/m^3"')
 PRESSURE = Quantity(unit="Pa", least=0, most=1e10, usual=(0, 2e8), example='"220 kPa"')

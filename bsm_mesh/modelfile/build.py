@@ -33,9 +33,12 @@ from bsm_mesh.modelfile.build_parts import (
 )
 from bsm_mesh.modelfile.flow_tables import make_flow
 from bsm_mesh.modelfile.mesh_tables import LineFile
-from bsm_mesh.modelfile.model_file import read_model_file
+from bsm_mesh.modelfile.model_file import read_model_file, read_toml, validated
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_file import validated_space
+from bsm_mesh.modelfile.space_model import build_space_model
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.modelfile.unused import unused_notes
 
 if TYPE_CHECKING:
@@ -86,7 +89,19 @@ class LoadedModel:
         return output_folder(self.file, self.path, self.reach)
 
 
-def output_folder(file: ModelFile, path: Path, reach: Reach) -> Path:
+def read_file(path: Path) -> ModelFile | SpaceFile:
+    """Return the content of a model file, of the plane or of three dimensions.
+
+    Raises
+    ------
+    ModelError
+        As `read_model_file`.
+    """
+    content = read_toml(path, "model file")
+    return (validated_space if content.get("dimensions") == 3 else validated)(content, path.name)
+
+
+def output_folder(file: ModelFile | SpaceFile, path: Path, reach: Reach) -> Path:
     """Return where a model file says that results go: by default to a folder that bears the file's name."""
     return reach.output(file.output.folder or f"out/{path.stem}")
 
@@ -118,15 +133,27 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     ModelError
         With every fault found in the file, its mesh or the model as a whole.
     """
-    loaded = load_model_file(Path(path), scripts=scripts)
-    for note in loaded.notes:
+    path = Path(path)
+    model, notes = build_file(read_file(path), path, Reach(folder=path.parent, scripts=scripts))
+    for note in notes:
         warnings.warn(one_line(note), MeshWarning, stacklevel=3)  # where `bsm.load` was called
-    return loaded.model
+    return model
 
 
 def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts: bool = True) -> LoadedModel:
     """Return the model of a model file together with its options and the notes on its mesh."""
     return build_model(read_model_file(path), path, Reach(folder=path.parent, scripts=scripts), report)
+
+
+def build_file(
+    file: ModelFile | SpaceFile, path: Path, reach: Reach, report: Reporter = lambda text: None
+) -> tuple[Model, tuple[str, ...]]:
+    """Return the model of a model file of the plane or of three dimensions, and the notes on its mesh."""
+    if isinstance(file, ModelFile):
+        loaded = build_model(file, path, reach, report)
+        return loaded.model, loaded.notes
+    report("cutting the rock")
+    return build_space_model(file, path, reach), ()
 
 
 def build_model(

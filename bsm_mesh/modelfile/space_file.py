@@ -75,13 +75,16 @@ def load_space_file(path: Path, *, scripts: bool = True) -> LoadedSpace:
     ModelError
         With every fault of the file, or of the rock that it describes.
     """
-    file = read_space_file(path)
+    return cut_space_file(read_space_file(path), path, Reach(folder=path.parent, scripts=scripts))
+
+
+def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
+    """Return the blocks and materials of a model file of three dimensions that was read."""
     faults: list[str] = []
     rocks = _made(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
     joints = _made(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
     sets = _made(faults, [partial(_joint_set, table) for table in file.joint_set])
     sets += _made(faults, [partial(_joint_plane, table) for table in file.joint_plane])
-    reach = Reach(folder=path.parent, scripts=scripts)
     bodies = _made(faults, [partial(_excavation, table, reach) for table in file.excavation])
     bodies += _made(faults, [] if file.slope is None else [partial(_slope, file.slope)])
     folders = _made(faults, [partial(reach.output, file.output.folder or f"out/{path.stem}")])
@@ -109,10 +112,21 @@ def read_space_file(path: Path) -> SpaceFile:
             f"{path.name}: is a model of the plane; key blocks are found in rock of three dimensions: write "
             "dimensions = 3, and [mesh] with a box"
         )
+    return validated_space(content, path.name)
+
+
+def validated_space(content: dict[str, Any], name: str) -> SpaceFile:
+    """Return the content of a model file of three dimensions, checked; `name` is the file's, for messages.
+
+    Raises
+    ------
+    ModelError
+        With every key and value that is wrong.
+    """
     try:
         return SpaceFile.model_validate(content)
     except ValidationError as error:
-        raise ModelError([f"{path.name}: {text}" for text in dict.fromkeys(sentences(error, SpaceFile))]) from None
+        raise ModelError([f"{name}: {text}" for text in dict.fromkeys(sentences(error, SpaceFile))]) from None
 
 
 def _name_faults(file: SpaceFile) -> list[str]:
@@ -139,8 +153,6 @@ def _name_faults(file: SpaceFile) -> list[str]:
         faults.append(f"[mesh]: name the rock of the box: rock = one of {', '.join(map(repr, file.rock))}")
     elif file.mesh.rock is not None and file.mesh.rock not in file.rock:
         faults.append(f"[mesh] rock: there is no [rock.{file.mesh.rock}]{nearest(file.mesh.rock, file.rock)}")
-    if not (file.excavation or file.slope or file.key_blocks.free):
-        faults.append("nothing is free: give [[excavation]], [slope] or [key_blocks] free")
     return faults
 
 

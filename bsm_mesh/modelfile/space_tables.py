@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import Field
 
 from bsm_mesh.model import quantities as q
-from bsm_mesh.model.quantity import convert, schema_of
+from bsm_mesh.model.stages import Stage
+from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import PathText, Table
-from bsm_mesh.modelfile.model_tables import OutputTable
-from bsm_mesh.modelfile.units import Lines
+from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, SolverTable
+from bsm_mesh.modelfile.units import Lines, SpaceForce, Vector
 
-
-def _vector(value: object) -> tuple[float, float, float]:
-    if not isinstance(value, list) or len(value) != 3:
-        raise ValueError("needs three numbers [x, y, z] in m: east, north, up")
-    x, y, z = (convert(part, q.COORDINATE) for part in value)
-    return x, y, z
-
-
-_VECTOR = {"type": "array", "items": schema_of(q.COORDINATE), "minItems": 3, "maxItems": 3}
-Vector = Annotated[Any, PlainValidator(_vector), WithJsonSchema(_VECTOR)]
 Angle = Annotated[float, q.DIRECTION]
 Dip = Annotated[float, q.DIP]
 Length = Annotated[float, q.JOINT_SPACING]
@@ -51,6 +42,9 @@ class RockBoxTable(Table):
     rock: str | None = Field(default=None, description="its rock; the only one where there is one")
     default_joint: str | None = Field(default=None, description="joint of faces between blocks that bear none")
     seed: Annotated[int, q.SEED] = Field(default=0, description="of the random numbers")
+    contact_points: Literal["both", "corners"] = Field(
+        default="both", description="of every face: corners and centroid, or corners"
+    )
 
 
 class JointSetTable(Table):
@@ -138,6 +132,50 @@ class KeyBlocksTable(Table):
     )
 
 
+class SpaceSupportTable(Table):
+    """A support: blocks or a boundary, held in all directions or across the boundary alone."""
+
+    boundary: str | None = None
+    blocks: list[Annotated[int, q.BLOCK]] | None = Field(default=None, min_length=1)
+    fix: Literal["all", "normal"]
+
+
+class SpaceLoadTable(Table):
+    """A load: a pressure on a boundary, or a force on a block at a point."""
+
+    boundary: str | None = None
+    pressure: Annotated[float, q.STRESS] | None = Field(default=None, description="positive into the blocks")
+    block: Annotated[int, q.BLOCK] | None = None
+    point: Vector | None = None
+    force: SpaceForce | None = None
+
+
+class SpaceGravityTable(Table):
+    """What pulls besides the weights, in parts of them: a pseudo-static earthquake."""
+
+    horizontal: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="along +x, to the east")
+    vertical: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="upwards")
+
+
+@keys_of(Stage, without=("loads", "water", "flow", "gravity", "shaking"))
+class SpaceStageTable(Table):
+    """A stage: what is taken away, put back and changed."""
+
+    name: str
+    excavate: list[str | Annotated[int, q.BLOCK]] = Field(
+        default_factory=list, description="names of excavations, block numbers"
+    )
+    fill: list[str | Annotated[int, q.BLOCK]] = Field(default_factory=list, description="blocks taken away before")
+    relaxation: list[Annotated[float, q.RELAXATION]] = Field(
+        default=[1.0], description="parts of the former forces released, one by one"
+    )
+    load: list[SpaceLoadTable] = Field(default_factory=list)
+    strength: dict[str, Annotated[float, q.STRENGTH_FACTOR]] = Field(
+        default_factory=dict,
+        description='part of the given strength from here on, by joint; "*": all others; "rock:NAME": faces of a rock',
+    )
+
+
 class SpaceFile(Table):
     """A model file of three dimensions. Numbers are SI, angles in degrees; a text bears its unit."""
 
@@ -152,4 +190,10 @@ class SpaceFile(Table):
     excavation: list[BodyTable] = Field(default_factory=list)
     slope: SlopeTable | None = None
     key_blocks: KeyBlocksTable = Field(default_factory=KeyBlocksTable)
+    support: list[SpaceSupportTable] = Field(default_factory=list)
+    load: list[SpaceLoadTable] = Field(default_factory=list)
+    gravity: SpaceGravityTable = Field(default_factory=SpaceGravityTable)
+    stage: list[SpaceStageTable] = Field(default_factory=list)
+    solver: SolverTable = Field(default_factory=SolverTable)
+    falls: FallsTable = Field(default_factory=FallsTable)
     output: OutputTable = Field(default_factory=OutputTable)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import PlainValidator, WithJsonSchema
 
-from bsm_mesh.model.quantities import BLOCK, COORDINATE, FORCE, STRESS, STRESS_GRADIENT
+from bsm_mesh.model.quantities import BLOCK, COORDINATE, FORCE, FORCE_IN_SPACE, STRESS, STRESS_GRADIENT
 from bsm_mesh.model.quantity import Quantity, convert, schema_of
 
 
@@ -18,20 +18,17 @@ class Each:
     quantity: Quantity
 
 
-def pair(quantity: Quantity) -> Any:
-    """Return the pydantic type of a pair such as a point [x, y]."""
+def components(quantity: Quantity, axes: str, told: str = "") -> Any:
+    """Return the pydantic type of a vector or point, a number for each of the axes such as "xy"."""
+    count, names = {2: "two", 3: "three"}[len(axes)], ", ".join(axes)
 
-    def read(value: object) -> tuple[float, float]:
-        if not isinstance(value, list | tuple) or len(value) != 2:
-            raise ValueError(f"needs two numbers [x, y] in {quantity.unit}")
-        return convert(value[0], quantity), convert(value[1], quantity)
+    def read(value: object) -> tuple[float, ...]:
+        if not isinstance(value, list | tuple) or len(value) != len(axes):
+            raise ValueError(f"needs {count} numbers [{names}] in {quantity.unit}{told}")
+        return tuple(convert(part, quantity) for part in value)
 
-    return Annotated[
-        Any,
-        PlainValidator(read),
-        WithJsonSchema({"type": "array", "items": schema_of(quantity), "minItems": 2, "maxItems": 2}),
-        Each(quantity),
-    ]
+    schema = {"type": "array", "items": schema_of(quantity), "minItems": len(axes), "maxItems": len(axes)}
+    return Annotated[Any, PlainValidator(read), WithJsonSchema(schema), Each(quantity)]
 
 
 def _linear_stress(value: object) -> tuple[float, float, float]:
@@ -114,5 +111,7 @@ Region = Annotated[
 ]
 
 
-Point = pair(COORDINATE)
-Force = pair(FORCE)
+Point = components(COORDINATE, "xy")
+Force = components(FORCE, "xy")
+Vector = components(COORDINATE, "xyz", ": east, north, up")
+SpaceForce = components(FORCE_IN_SPACE, "xyz", ": east, north, up")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, listing
 from bsm_mesh.model.loads import PointForces, Pressure
 from bsm_mesh.three_d.blocks.polygons import polygon_moments
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -25,6 +25,9 @@ def forces_in_space(loads: Sequence[object], blocks: Polyhedra) -> PointForces:
         if isinstance(load, Pressure):
             parts.append(_pressed(load, blocks))
         elif isinstance(load, PointForces) and load.point.shape[1:] == load.force.shape[1:] == (3,):
+            outside = load.block[(load.block < 0) | (load.block >= blocks.count)]
+            if outside.size:
+                raise ModelError(f"there is no block {listing(outside)}; blocks are numbered 0 to {blocks.count - 1}")
             parts.append(load)
         else:
             raise ModelError(

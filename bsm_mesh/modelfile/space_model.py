@@ -1,0 +1,91 @@
+"""From a model file of three dimensions to the model that is run: its blocks with supports, loads and stages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError, place, placed, raise_faults
+from bsm_mesh.model.loads import Load, PointForces
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import Stage
+from bsm_mesh.modelfile.build_parts import make_load, make_options, make_supports
+from bsm_mesh.modelfile.class_keys import given_in
+from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
+from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_file import cut_space_file
+from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+
+
+def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
+    """Return the model of a model file of three dimensions that was read.
+
+    Raises
+    ------
+    ModelError
+        With every fault of the file, of the rock that it describes, or of the model as a whole.
+    """
+    loaded = cut_space_file(file, path, reach)
+    blocks, faults = loaded.blocks, list[str]()
+
+    def made(makers: Iterator[Callable[[], Any]]) -> list[Any]:
+        found = []
+        for make in makers:
+            try:
+                found.append(make())
+            except ModelError as error:
+                faults.extend(f"{path.name}: {fault}" for fault in error.faults)
+        return found
+
+    supports = made(
+        partial(make_supports, SupportTable(**table.model_dump()), f"[[support]] number {k + 1}")
+        for k, table in enumerate(file.support)
+    )
+    loads = made(partial(_load, table, f"[[load]] number {k + 1}", blocks) for k, table in enumerate(file.load))
+    stages = made(partial(_stage, table, blocks) for table in file.stage)
+    options = made(iter([partial(make_options, file.solver, file.falls)]))
+    raise_faults(faults)
+    with placed(path.name):
+        return Model(
+            blocks=blocks,  # type: ignore[arg-type]  # polyhedra answer to the same names
+            rocks=loaded.rocks,
+            joints=loaded.joints,
+            default_joint=file.mesh.default_joint,
+            supports=tuple(support for group in supports for support in group),
+            loads=tuple(loads),
+            gravity_horizontal=file.gravity.horizontal,
+            gravity_vertical=file.gravity.vertical,
+            contact_points=file.mesh.contact_points,
+            stages=tuple(stages),
+            options=options[0],
+            title=file.title,
+        )
+
+
+def _load(table: SpaceLoadTable, where: str, blocks: Polyhedra) -> Load:
+    """Return a load: a pressure as in the plane, or a force at a point of a block."""
+    given = table.model_dump(exclude_none=True)
+    if set(given) == {"boundary", "pressure"}:
+        return make_load(LoadTable(**given), where)
+    if set(given) != {"block", "point", "force"}:
+        raise ModelError(
+            f"{where}: give boundary with pressure, or block with point and force; "
+            f"given: {', '.join(sorted(given)) or 'nothing'}"
+        )
+    point, force = np.array([table.point]), np.array([table.force])
+    with placed(where):
+        if not blocks.contains(table.block or 0, point)[0]:
+            raise ModelError(f"the point {place(point[0])} m does not lie in block {table.block}; move it there")
+    return PointForces(block=np.array([table.block], dtype=np.int32), point=point, force=force)
+
+
+def _stage(table: SpaceStageTable, blocks: Polyhedra) -> Stage:
+    """Return a stage."""
+    where = f"stage '{table.name}'"
+    loads = tuple(_load(load, f"{where}: load {k + 1}", blocks) for k, load in enumerate(table.load))
+    return Stage(**given_in(table, Stage, without=("loads",)), loads=loads)

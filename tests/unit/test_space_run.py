@@ -1,0 +1,151 @@
+"""Model files of three dimensions that are run: stages, supports, loads, what is printed and told as JSON."""
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.modelfile.model_text import tables_of
+from tests.scenes.small_case import Case
+from tests.unit.test_key_blocks_command import JOINT
+
+SLOPE = (
+    """
+dimensions = 3
+title = "Block under a lid"
+
+[mesh]
+box = [[0, 0, 0], [2, 2, 3]]
+default_joint = "J1"
+
+[rock.granite]
+unit_weight = "26 kN/m^3"
+"""
+    + JOINT.format(name="J1", friction=35, cohesion=0)
+    + """
+[[joint_plane]]
+name = "J1"
+dip = 30
+dip_direction = 90
+point = [1, 1, 1]
+
+[[excavation]]
+name = "lid"
+polygon = [[-2, 2.5], [2, 2.5], [2, 3], [-2, 3]]
+origin = [1, 1, 0]
+
+[[support]]
+boundary = "bottom"
+fix = "all"
+
+[solver]
+threads = 1
+
+[[stage]]
+name = "lid off"
+excavate = ["lid"]
+"""
+)
+WEAKER = """
+[[stage]]
+name = "weaker"
+strength = {J1 = 0.7}
+"""
+
+
+def test_stages_of_a_model_file_are_run_and_told(case: Case) -> None:
+    """Weights of 10 and 2 m3; at 0.7 of its strength the joint holds to 26.1 degrees, and dips 30."""
+    case.write("slope.toml", SLOPE + WEAKER)
+    outcome = case.run("run", "slope.toml")
+    assert outcome.code == 0
+    said = " ".join(outcome.out.split())
+    assert "lid off stable 2" in said
+    assert "comes down 1 block, 6 m3 (60 % of all), 156 kN" in said
+    assert "weights and loads (x, y, z) 0 N, 0 N, -260 kN" in said
+    assert "J1 4.619 m2 0 % 100 % 0 Pa" in said
+    assert not [name for name in outcome.new if name.startswith("out")]
+
+
+def test_json_tells_verdicts_and_joints(case: Case) -> None:
+    case.write("slope.toml", SLOPE)
+    told = json.loads(case.run("run", "slope.toml", "--json").out)
+    assert [stage["status"] for stage in told["stages"]] == ["stable", "stable"]
+    assert told["stages"][0]["total_reaction"] == pytest.approx([0, 0, 12 * 26e3])
+    (joint,) = told["joints"]
+    assert joint["length"] == pytest.approx(8 / np.sqrt(3))  # 4 m2 of floor over cos 30
+    assert joint["pressure"] == pytest.approx(6 * 26e3 * 3 / 16)  # weight times cos 30, over that area
+    assert joint["open"] == 0
+
+
+def test_the_file_and_python_build_equal_models(case: Case) -> None:
+    loads = """
+[[load]]
+boundary = "east"
+pressure = "2 kPa"
+
+[[load]]
+block = 0
+point = [1, 1, 2]
+force = [0, "1 kN", 0]
+"""
+    case.write("slope.toml", SLOPE + loads)
+    model = bsm.load(case.folder / "slope.toml")
+    again = bsm.Model(
+        blocks=model.blocks,
+        rocks=[bsm.Rock("granite", unit_weight=26e3)],
+        joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
+        default_joint="J1",
+        supports=[bsm.Fixed(boundary="bottom")],
+        loads=model.loads,
+        contact_points="both",
+        stages=[bsm.Stage(name="lid off", excavate=["lid"])],
+    )
+    assert again == model
+    results = bsm.run(model)
+    assert_allclose(results.stages[-1].total_load, [-2e3 * 2 * results_height(model), 1e3, -260e3])
+    assert tables_of(model.options)["solver"]["threads"] == 1
+
+
+def results_height(model):
+    """Return the height of what is left of the side to the east [m]."""
+    east = model.blocks.vertices[model.blocks.vertices[:, 0] == 2, 2]
+    return np.unique(east)[-2] - east.min()
+
+
+def test_no_folder_is_written_yet(case: Case) -> None:
+    case.write("slope.toml", SLOPE)
+    case.refuses("run", "slope.toml", "-o", "here", says=["results of polyhedra are not written to a folder yet"])
+    case.refuses("run", "slope.toml", "--tables", "csv", says=["results of polyhedra are not written as tables yet"])
+    case.refuses("run", "slope.toml", "--resume", says=["resume goes with a results folder"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('boundary = "bottom"\nfix', 'boundary = "floor"\nfix', "there is no boundary 'floor'"),
+        ('boundary = "bottom"\nfix = "all"', 'blocks = [0]\nfix = "normal"', 'fix = "normal" needs a boundary'),
+        ('fix = "all"', 'fix = ["x"]', "[[support]] number 1, fix"),
+        ('boundary = "bottom"\nfix', "point = [0, 0]\nfix", "unknown key 'point'"),
+        ('excavate = ["lid"]', 'excavate = ["lod"]', "there is no excavation 'lod'; did you mean 'lid'?"),
+        ('excavate = ["lid"]', "excavate = [[[0, 0], [1, 0], [1, 1]]]", "[[stage]] number 1, excavate"),
+        (
+            "[solver]",
+            '[[load]]\nboundary = "east"\n[solver]',
+            "give boundary with pressure, or block with point and force",
+        ),
+        ("[solver]", "[[load]]\nblock = 9\npoint = [1, 1, 2]\nforce = [1, 0, 0]\n[solver]", "there is no block 9"),
+        (
+            "[solver]",
+            "[[load]]\nblock = 0\npoint = [1, 1, 9]\nforce = [1, 0, 0]\n[solver]",
+            "the point (1, 1, 9) m does not lie in block 0; move it there",
+        ),
+        ("threads = 1", 'scheme = "linear"', "scheme = 'linear' is for the plane"),
+        ('[[support]]\nboundary = "bottom"\nfix = "all"', "", "no support holds it"),
+    ],
+)
+def test_what_is_wrong_is_refused(case: Case, old: str, new: str, said: str) -> None:
+    assert SLOPE.count(old) == 1
+    case.write("slope.toml", SLOPE.replace(old, new))
+    case.refuses("run", "slope.toml", says=[said])
