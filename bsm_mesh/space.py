@@ -12,6 +12,7 @@ from bsm_mesh.lazy import names_from
 
 if TYPE_CHECKING:
     from bsm_mesh.three_d.check import check_stage
+    from bsm_mesh.three_d.contacts.history import PointHistory
     from bsm_mesh.three_d.joint_polygons import joint_polygons
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.proof import proof_in_space
 
 __all__ = [
+    "PointHistory",
     "Space",
     "bars_in_space",
     "check_stage",
@@ -33,6 +35,7 @@ __all__ = [
 ]
 
 HOMES = {
+    "PointHistory": "bsm_mesh.three_d.contacts.history",
     "Space": "bsm_mesh.three_d.mechanics",
     "bars_in_space": "bsm_mesh.three_d.model.supports",
     "check_stage": "bsm_mesh.three_d.check",

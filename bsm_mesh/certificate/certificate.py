@@ -14,14 +14,19 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.certificate.verify_certificate import read_arrays
 from bsm_mesh.files import whole_file, write_text
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.movements import distances
 from bsm_mesh.results.evidence import Evidence, Proof, Witness
-from bsm_mesh.results.records import ContactForces, StageResult, Status, SupportForces
+from bsm_mesh.results.records import StageResult, Status, SupportForces
 from bsm_mesh.results.results import Results
 
 CERTIFICATE = "certificate.json"
 SCHEMA_VERSION = 2
 GRAVITY = 9.81  # m/s2: speeds are kept as heights of fall
 OF_PROOF = "proof_"
+POLYGONS = ("vertices", "offsets")
+POLYHEDRA = ("vertices", "face_vertices", "face_offsets", "face_cells", "face_joint", "cell_block", "rock")
+OF_SPACE = ("stage_displacement", "origin", "stress", "stress_effective", "loads")
 
 
 def arrays_file(number: int) -> str:
@@ -117,8 +122,8 @@ def movement_of(stage: StageResult) -> list[dict[str, Any]]:
     evidence = stage.evidence
     speed: FloatArray | None = None
     if evidence is not None and evidence.velocity is not None:
-        speed = np.sqrt(GRAVITY) * np.hypot(*evidence.velocity[:, :2].T)
-    moved = np.hypot(*stage.displacement[:, :2].T)
+        speed = np.sqrt(GRAVITY) * distances(evidence.velocity)
+    moved = distances(stage.displacement)
     return [
         {"block": block, "moved": float(moved[block]), "speed": None if speed is None else float(speed[block])}
         for block in stage.unstable_blocks.tolist()
@@ -133,23 +138,26 @@ def certificate_arrays(results: Results, stage: StageResult) -> dict[str, Any]:
     evidence, blocks = stage.evidence, results.blocks
     assert evidence is not None
     applied = stage.loads - stage.water
-    applied[:, :2] -= evidence.weight
+    applied[:, : evidence.weight.shape[1]] -= evidence.weight
     position = (stage.origin + stage.displacement) * (results.scheme != "linear")
     arrays = {
-        "vertices": blocks.vertices,
-        "offsets": blocks.offsets,
+        **{name: getattr(blocks, name) for name in (POLYHEDRA if in_space(blocks) else POLYGONS)},
         "present": stage.present,
         "position": position,
         "displacement": stage.displacement,
         "water": stage.water,
         "applied": applied,
         "reactions": stage.reactions,
-        **_columns("contact_", stage.contacts, ContactForces),
+        **_columns("contact_", stage.contacts, type(stage.contacts)),
         **_columns("support_", stage.supports, SupportForces),
         **dict(zip(("bolt_block", "bolt_point", "bolt_force"), stage.bolts.on_blocks(), strict=True)),
         **_columns("", evidence, Evidence),
-        "told": np.array(json.dumps(words_of(stage))),  # so that a finished stage of an unfinished run is whole
     }
+    words = words_of(stage)
+    if in_space(blocks):  # they are read from here, as polygons are from their grids
+        arrays |= {name: getattr(stage, name) for name in OF_SPACE}
+        words["blocks"] = {"rock_names": list(blocks.rock_names), "joint_names": list(blocks.joint_names)}
+    arrays["told"] = np.array(json.dumps(words))  # so that a finished stage of an unfinished run is whole
     if stage.proof is not None and stage.proof.witness is not None:
         arrays |= _columns(OF_PROOF, stage.proof.witness, Witness)
     return arrays

@@ -14,7 +14,7 @@ from bsm_mesh.results.joint_faces import AT_STRENGTH, HELD, SHORTEST
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import ContactStatus, StageResult
 from bsm_mesh.results.results import Results
-from bsm_mesh.three_d.record import PointForces3D
+from bsm_mesh.three_d.point_forces import PointForces3D
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -31,6 +31,8 @@ class JointPolygons:
         Area.
     force : (k, 3) float64 [N]
         On `block_b`, all points together.
+    normal : (k, 3) float64
+        Outward unit normal of `block_b`, where it is.
     slip, opening : (k,) float64 [m]
         Displacement of a against b along the face and away from it, mean over the area; slip without sign.
     pressure : (k,) float64 [Pa]
@@ -45,6 +47,7 @@ class JointPolygons:
     joint: IntArray
     length: FloatArray
     force: FloatArray
+    normal: FloatArray
     slip: FloatArray
     opening: FloatArray
     pressure: FloatArray
@@ -76,7 +79,7 @@ def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
 
     recorded = share(np.ones(len(of)))
     none, missing = recorded <= 0, np.where(recorded < 1 - SHORTEST, 1 - recorded, 0.0)
-    slip, opening = _movement(results, stage)
+    normal, slip, opening = _movement(results, stage)
     parted = np.hypot(slip, opening) > HELD * np.sqrt(area)
     is_open = c.status == ContactStatus.OPEN
     slips = (c.status == ContactStatus.SLIPPING) | (~is_open & (c.utilisation >= AT_STRENGTH))
@@ -91,6 +94,7 @@ def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
         joint=_joints(results)[there],
         length=area[there],
         force=force[there],
+        normal=normal[there],
         slip=np.where(none, slip, mean_slip)[there],
         opening=np.where(none, opening, mean_opening)[there],
         pressure=(np.bincount(of, -c.normal_force, minlength=polygons.count) / area)[there] + 0.0,
@@ -100,8 +104,8 @@ def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
     )
 
 
-def _movement(results: Results, stage: StageResult) -> tuple[FloatArray, FloatArray]:
-    """Return the displacement of a against b at the centroids of all polygons, along and away from the face [m]."""
+def _movement(results: Results, stage: StageResult) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return normals of all polygons, and the displacement of a against b at their centroids, along and away [m]."""
     blocks: Any = results.blocks
     polygons, moved = blocks.contact_polygons, stage.displacement + stage.origin
     one, other = (
@@ -109,7 +113,7 @@ def _movement(results: Results, stage: StageResult) -> tuple[FloatArray, FloatAr
     )
     normal = turned(polygons.normal, turns(moved)[polygons.block_b])
     opening = np.einsum("ij,ij->i", one - other, normal)
-    return lengths(one - other - opening[:, None] * normal), opening
+    return normal, lengths(one - other - opening[:, None] * normal), opening
 
 
 def _joints(results: Results) -> IntArray:

@@ -15,7 +15,7 @@ from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
 from bsm_mesh.solve.step.system import System
-from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.history import PointHistory
 from bsm_mesh.three_d.contacts.properties import SLOTS
 from bsm_mesh.three_d.motion.explicit import ExplicitMotion
 from bsm_mesh.three_d.record import outcome_of
@@ -31,19 +31,19 @@ class Space:
         system.in_motion = ExplicitMotion
         return system
 
-    def no_history(self) -> History:
+    def no_history(self) -> PointHistory:
         """Return the empty contact history of the start."""
-        return History.none()
+        return PointHistory.none()
 
-    def in_situ_history(self, model: Model) -> tuple[History, tuple[str, ...]]:
+    def in_situ_history(self, model: Model) -> tuple[PointHistory, tuple[str, ...]]:
         """Refuse: in-situ stress comes in by gravity, in the first stage."""
         raise ModelError('in_situ: method = "direct" is for the plane; in three dimensions load the first stage')
 
-    def between(self, history: History, stays: BoolArray) -> History:
+    def between(self, history: PointHistory, stays: BoolArray) -> PointHistory:
         """Return the history of contacts between blocks that stay, (n,)."""
         return history.some(np.flatnonzero(stays[history.block_a] & stays[history.block_b]))
 
-    def in_part(self, history: History, part: SubModel) -> History:
+    def in_part(self, history: PointHistory, part: SubModel) -> PointHistory:
         """Return the history in the numbers of a submodel; its blocks must be in the part."""
         if part.present.all():
             return history
@@ -56,7 +56,7 @@ class Space:
             block_b=number[history.block_b],
         )
 
-    def in_whole(self, history: History, part: SubModel) -> History:
+    def in_whole(self, history: PointHistory, part: SubModel) -> PointHistory:
         """Return the history of a submodel in the numbers of the whole."""
         if part.present.all():
             return history
@@ -69,8 +69,8 @@ class Space:
         )
 
     def with_filled_blocks(
-        self, history: History, model: Model, comes: BoolArray, present: BoolArray, moved: FloatArray
-    ) -> History:
+        self, history: PointHistory, model: Model, comes: BoolArray, present: BoolArray, moved: FloatArray
+    ) -> PointHistory:
         """Return the history: points of placed blocks (n,) are none of it, and come in as they touch."""
         return history
 

@@ -2,51 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.strength import MAX_UTILISATION
-from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, SupportForces
+from bsm_mesh.results.records import ContactStatus, StageResult, SupportForces
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
 from bsm_mesh.three_d.contacts.properties import SLOTS
+from bsm_mesh.three_d.evidence import evidence_of
+from bsm_mesh.three_d.point_forces import PointForces3D
 from bsm_mesh.three_d.step.block_system import BlockSystem
-
-
-@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
-class PointForces3D(ContactForces):
-    """Forces in contact points, one row each: as in the plane, with vectors of three numbers.
-
-    Attributes
-    ----------
-    length : (m,) float64 [m2]
-        Area that each point stands for.
-    shear_force : (m,) float64 [N]
-        Magnitude of the shear force.
-    shear : (m, 3) float64 [N]
-        Shear force on `block_b`, across the normal.
-    face : (m,) int32
-        Face of the blocks on which each point lies.
-    """
-
-    shear: FloatArray
-    face: IntArray
-
-    def in_whole(self, part: SubModel) -> PointForces3D:
-        """Return a part's contacts in the numbers of the whole."""
-        blocks = {name: part.block[getattr(self, name)] for name in ("block_a", "block_b")}
-        return replace(self, **blocks, face=part.corner[self.face])
-
-    @property
-    def force(self) -> FloatArray:
-        """Force on `block_b`, (m, 3) [N]."""
-        force: FloatArray = self.normal_force[:, None] * self.normal + self.shear
-        return force
 
 
 def outcome_of(
@@ -86,6 +54,7 @@ def outcome_of(
         reference_weight=motion.reference,
         steps=motion.steps,
         notes=_notes(motion, kept),
+        evidence=evidence_of(system, motion, kept),
     )
     return Outcome(stage, size, motion.down, motion.small)
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .geometry import Arrays, size_of
+from .space import is_in_space
 from .water import table_faults
 
 MODEL, MESH = "model.toml", "mesh.vtu"
@@ -80,6 +81,8 @@ class GivenFiles:
             return []
         angle = np.radians(given.get("direction", -90.0))
         wanted = np.array([np.cos(angle) + given.get("horizontal", 0), np.sin(angle) + given.get("vertical", 0)])
+        if is_in_space(a):
+            wanted = np.array([wanted[0] - np.cos(angle), 0.0, wanted[1]])
         off = np.abs(a["gravity"] - wanted).max()
         return [] if off <= SAME else [f"gravity of stage '{stage['name']}' is not that of {MODEL}"]
 
@@ -129,15 +132,16 @@ class GivenFiles:
         if stage["verdict"] != "unstable" or not solver or solver.get("scheme") == "linear":
             return []
         blocks = stage["unstable_blocks"]
-        u, v, turn = a["displacement"][blocks].T
-        size = np.sqrt(a["area"][blocks])
-        far = float((np.maximum(np.hypot(u, v), size / 2 * np.abs(turn)) / size).max(initial=0.0))
+        shift, turn = np.split(a["displacement"][blocks], [a["at"].shape[1]], axis=1)
+        size = np.cbrt(a["volume"][blocks]) if is_in_space(a) else np.sqrt(a["area"][blocks])
+        lengths = [np.linalg.norm(part, axis=1) for part in (shift, turn)]
+        far = float((np.maximum(lengths[0], size / 2 * lengths[1]) / size).max(initial=0.0))
         if far >= FALLEN or "displacement_limit" in solver:
             return []
         return [f"the blocks that come down have moved by {far:.1e} of their size only"]
 
     def _strength(self, law: dict[str, Any]) -> list[str]:
-        if law["kind"] in ("elastic", "own"):
+        if law["kind"] in ("elastic", "own") or any(one.get("strength") for one in self.model.get("stage", [])):
             return []
         if law["kind"] in ("weaker", "reduced"):
             inner = law["laws"] if law["kind"] == "weaker" else [law["law"]]

@@ -13,6 +13,7 @@ from .mechanism import proved
 from .model_file import GivenFiles
 from .overlap import overlap
 from .places import place_faults, support_faults
+from .space import forces_in_space, is_in_space, with_moments
 from .stability import falling
 from .strength import own_laws, strength_faults
 from .water import stiffness_faults
@@ -35,20 +36,34 @@ def check_stage(
         text, faults = _checked(told, stage, arrays)
         if files is None:
             return text, faults
-        there = {**arrays, **moments(arrays["vertices"], arrays["offsets"])}
+        there = measured(arrays)
         return f"{text}; {given_text(there)}, {files.text}", faults + files.faults(stage, there)
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         return "", [f"the numbers do not fit together ({type(error).__name__}: {error})"]
 
 
-def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[str, list[str]]:
-    a = {**a, **moments(a["vertices"], a["offsets"])}
+def measured(arrays: Arrays) -> Arrays:
+    """Return the arrays with the moments of the blocks, and where these are."""
+    if is_in_space(arrays):
+        return with_moments(arrays)
+    a = {**arrays, **moments(arrays["vertices"], arrays["offsets"])}
     a["at"] = a["centroid"] + a["position"][:, :2]
+    return a
+
+
+def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[str, list[str]]:
+    a = measured(a)
     if stage["ground"] not in GROUNDS.get(stage["verdict"], ()):
         return "", [f"the ground '{stage['ground']}' is none for '{stage['verdict']}'"]
     linear = told["scheme"] == "linear"
     if stage["ground"] == "equilibrium" and linear != (stage["verdict"] == "no_verdict"):
         return "", [f"an equilibrium of scheme '{told['scheme']}' is none for '{stage['verdict']}'"]
+    if is_in_space(a):
+        text, faults, unbalanced = forces_in_space(told, stage, a)
+        if stage["verdict"] != "unstable":
+            return text, faults
+        text, found = movement(stage, a, unbalanced)
+        return text, faults + found
     residual, rounding = residuals(a, stage["reference_weight"])
     reference = stage["reference_weight"]
     faults = reaction_faults(a, reference) + given_faults(a, reference) + support_faults(a, reference)
@@ -76,7 +91,7 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
 
 def movement(stage: dict[str, Any], a: Arrays, unbalanced: Any) -> tuple[str, list[str]]:
     """Return how the blocks that come down were followed, and what of it is not so; `unbalanced` (n,): what moves."""
-    blocks, moved = stage["unstable_blocks"], np.hypot(*a["displacement"][:, :2].T)
+    blocks, moved = stage["unstable_blocks"], np.linalg.norm(a["displacement"][:, : a["at"].shape[1]], axis=1)
     if not blocks or [one["block"] for one in stage["movement"]] != blocks or not a["present"][blocks].all():
         return "", ["the blocks that come down are not named"]
     faults = []

@@ -17,7 +17,7 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.model.model import Model
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
-from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.history import PointHistory
 from bsm_mesh.three_d.contacts.kernels import relative_positions
 from bsm_mesh.three_d.contacts.properties import PointProperties, PolygonCatalogue, point_keys
 from bsm_mesh.three_d.contacts.rotations import swings
@@ -155,7 +155,7 @@ def given_contacts(model: Model, catalogue: PolygonCatalogue, held: BoolArray) -
     )
 
 
-def gathered(given: ContactSet, history: History, position: FloatArray, size: float, *, first: bool) -> ContactSet:
+def gathered(given: ContactSet, history: PointHistory, position: FloatArray, size: float, *, first: bool) -> ContactSet:
     """Return the contact points at a position with their history; at the start (`first`) all are intact.
 
     Points that were open have no cohesion, no tensile strength and residual friction.

@@ -11,7 +11,7 @@ from bsm_mesh.contact.forces import respond
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
-from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.history import PointHistory
 from bsm_mesh.three_d.contacts.kernels import add_forces, fill_tangent
 
 
@@ -95,7 +95,7 @@ def trial_shears(contacts: ContactSet, place: FloatArray) -> FloatArray:
     return np.where(np.isnan(trial), 0.0, trial)
 
 
-def commit(contacts: ContactSet, at: Evaluation, size: float) -> tuple[History, int]:
+def commit(contacts: ContactSet, at: Evaluation, size: float) -> tuple[PointHistory, int]:
     """Return the history after an accepted step, and the number of contacts that failed in it.
 
     Intact points that touch without force keep their strength; those that have opened are as new ones.
@@ -106,7 +106,7 @@ def commit(contacts: ContactSet, at: Evaluation, size: float) -> tuple[History, 
     changed = int((at.failed & ~contacts.failed & stays).sum())
     c, kept = contacts.candidates, stays[:, None]
     first = np.where(np.isnan(contacts.first_place), at.place, contacts.first_place)
-    history = History(
+    history = PointHistory(
         key=contacts.key,
         block_a=c.block_a,
         block_b=c.block_b,

@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class History:
+class PointHistory:
     """State variables of the contact points, in rising order of their keys.
 
     Attributes
@@ -51,7 +51,7 @@ class History:
         return len(self.key)
 
     @classmethod
-    def none(cls) -> History:
+    def none(cls) -> PointHistory:
         """Return the empty history of the start."""
         whole, vectors, flags = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0, bool)
         return cls(
@@ -75,6 +75,6 @@ class History:
         row = np.minimum(np.searchsorted(self.key, key), self.count - 1)
         return row, self.key[row] == key
 
-    def some(self, chosen: IntArray) -> History:
+    def some(self, chosen: IntArray) -> PointHistory:
         """Return some of the points."""
         return replace(self, **{field.name: getattr(self, field.name)[chosen] for field in fields(self)})

@@ -23,7 +23,7 @@ from bsm_mesh.three_d.contacts.forces import (
     updated,
     worn,
 )
-from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.history import PointHistory
 from bsm_mesh.three_d.contacts.kernels import max_relative_movement
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
@@ -128,12 +128,14 @@ class BlockSystem(System):
         """Return the finite movement (n, 6) about instant axes from one position to another."""
         return movement_between(position, other)
 
-    def gather(self, history: History, position: FloatArray, *, first: bool, keeps_lengths: bool = False) -> ContactSet:
+    def gather(
+        self, history: PointHistory, position: FloatArray, *, first: bool, keeps_lengths: bool = False
+    ) -> ContactSet:
         """Return the contact points with their history; `first`: all are intact."""
         self._answered.clear()
         return gathered(self._given, history, position, self.size, first=first)
 
-    def commit(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> tuple[History, int]:
+    def commit(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> tuple[PointHistory, int]:
         """Return the history after an accepted step, and the number of contacts that failed in it."""
         return commit(contacts, at, self.size)
 

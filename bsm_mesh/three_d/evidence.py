@@ -1,0 +1,42 @@
+"""The evidence for a verdict in space: strength, stiffness and supports where the blocks have come to."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import IntArray
+from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
+from bsm_mesh.solve.motion.motion import Motion
+from bsm_mesh.three_d.contacts.forces import elastic_contacts
+from bsm_mesh.three_d.step.block_system import BlockSystem
+
+
+def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence:
+    """Return the evidence at the end of a run, for the contact points `kept` (k,) of its contact set."""
+    table, at, model = motion.contacts, motion.at, system.model
+    bars = motion.constraints.bars
+    block, point, force = system.point_forces_at(motion.position)
+    turning = system.load_stiffness(motion.position)
+    return Evidence(
+        laws=law_table(system.catalogue.laws),
+        law=table.law[kept],
+        failed=table.failed[kept],
+        slip_path=table.slip_path[kept],
+        tension=table.tension[kept],
+        residual_tension=table.residual_tension[kept],
+        closed_at=table.offset[kept],
+        normal_stiffness=at.normal_stiffness[kept],
+        shear_stiffness=table.shear_stiffness[kept],
+        near=(elastic_contacts(table, at, system.size) & ~at.closed)[kept],
+        weight=model.gravity_forces,
+        unit_weight=model.unit_weights,
+        gravity=model.gravity_vector,
+        load_block=block,
+        load_point=point,
+        load_force=force,
+        load_stiffness=None if turning is None else (turning + turning.transpose(0, 2, 1)) / 2,
+        bolt_pair=np.zeros((0, 2), np.int32),
+        bolt_tangent=np.zeros((0, 6, 6)),
+        velocity=motion.velocity,
+        **bar_rows(bars, system.placed(motion.position)[bars.block] + system.bar_arms(motion.position)),
+    )
