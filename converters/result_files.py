@@ -14,11 +14,14 @@ from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
 from bsm_mesh.converters.contact_files import contact_grid, joint_grid, support_grid, water_grid
 from bsm_mesh.converters.flow_files import flow_grid
+from bsm_mesh.converters.three_d.stage_grids import space_grid
 from bsm_mesh.converters.vtk_files import Compression, Grid, spatial, write_pvd, write_vtu
 from bsm_mesh.converters.vtu_content import POLYGON, numbered
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.submodel import some_blocks
+from bsm_mesh.movements import PLANE
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -52,9 +55,16 @@ class Instant:
 
 
 def kinds_of(stage: StageResult) -> list[str]:
-    """Return the kinds of files that a stage has."""
+    """Return the kinds of files that a stage has; in space contacts are the faces of joints."""
+    if stage.displacement.shape[1] != PLANE:
+        return kinds_of_space()
     there = {WATER: len(stage.water_table), FLOW: stage.flow is not None, BOLTS: stage.bolts.count}
     return [*SERIES, *(kind for kind, any_there in there.items() if any_there)]
+
+
+def kinds_of_space() -> list[str]:
+    """Return the kinds of files that a stage of polyhedra has."""
+    return [kind for kind in SERIES if kind != "joints"]
 
 
 def stage_file(kind: str, number: int) -> str:
@@ -69,7 +79,7 @@ def write_stage(results: Results, number: int, folder: Path, compression: Compre
     """
     stage = results.stages[number]
     names = []
-    if number == 0 and not stage.present.all():
+    if number == 0 and not stage.present.all() and not in_space(results.blocks):
         everything = np.ones(results.blocks.count, dtype=bool)
         write_vtu(folder / GIVEN_BLOCKS, outline_grid(results.blocks, everything), compression=compression)
         names.append(GIVEN_BLOCKS)
@@ -118,7 +128,7 @@ def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[
         listed += [
             (float(instant.time), instant.file(kind))
             for instant in instants or ()
-            if kind in SERIES or (kind in OF_STEPS and (folder / instant.file(kind)).is_file())
+            if kind in OF_STEPS and (folder / instant.file(kind)).is_file()
         ]
         if listed:
             write_pvd(folder / f"{kind}.pvd", sorted(listed))
@@ -226,13 +236,13 @@ _GRIDS = {
 
 def grid_of_stage(kind: str, results: Results, stage: StageResult, number: int) -> Grid:
     """Return the grid of a kind with the stage's number and name, and the unit of every array that has one."""
-    grid = _GRIDS[kind](results, stage)
-    units = {name: unit_of(kind, name) for name in (*grid.point_data, *grid.cell_data)}
-    return replace(
-        grid,
-        names={**grid.names, f"stage:{stage.name}": number},
-        units={name: unit for name, unit in units.items() if unit},
-    )
+    if in_space(results.blocks):
+        grid = space_grid(kind, results, stage)
+    else:
+        grid = _GRIDS[kind](results, stage)
+        units = {name: unit_of(kind, name) for name in (*grid.point_data, *grid.cell_data)}
+        grid = replace(grid, units={name: unit for name, unit in units.items() if unit})
+    return replace(grid, names={**grid.names, f"stage:{stage.name}": number})
 
 
 def blocks_of_grid(grid: Grid) -> Blocks:

@@ -13,6 +13,7 @@ from bsm_mesh.folder.result_tables import BOLTS, FLOW, ON_REQUEST, TableForm
 from bsm_mesh.folder.results_folder import refuse_unwritable
 from bsm_mesh.folder.run_file import run_file
 from bsm_mesh.folder.summary import summary
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.modelfile.build_marks import geometry_faults
 from bsm_mesh.modelfile.build_mesh import build_geometry, stdout_to_stderr
 from bsm_mesh.results.joint_sets import joint_sets
@@ -75,19 +76,21 @@ def run_model(
             tables=tables,
         )
         results, notes, folder = done.results, done.notes, done.folder
+        assert folder is not None
         drawn = []
-        if pictures and folder is not None:
+        if pictures and not in_space(results.blocks):
             from bsm_mesh.pictures.plot import draw_in_subprocess
 
             progress.report("pictures")
             drawn = draw_in_subprocess(folder)
     if as_json:
         sets = [asdict(one) for one in joint_sets(results, results.stages[-1])]
-        say_json({**summary(results), "joints": sets, "notes": notes, "folder": folder and str(folder)})
+        say_json({**summary(results), "joints": sets, "notes": notes, "folder": str(folder)})
     else:
         _print_results(results, notes, verbose=verbose)
-        if folder is not None:
-            _print_files(results, folder, drawn)
+        _print_files(results, folder, drawn)
+        if pictures and in_space(results.blocks):
+            say("pictures are for the plane: none is drawn")
     return EXIT_CODES[results.status]
 
 
@@ -127,16 +130,14 @@ def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -
 
 
 def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:
-    series = "blocks.pvd, contacts.pvd, joints.pvd, supports.pvd" + (
-        ", water.pvd" if (folder / "water.pvd").exists() else ""
-    )
-    series += ", flow.pvd" if results.stages[-1].flow is not None else ""
-    series += ", bolts.pvd" if results.stages[-1].bolts.count else ""
+    names = ("blocks", "contacts", "joints", "supports", "water", FLOW, BOLTS)
+    series = ", ".join(f"{name}.pvd" for name in names if (folder / f"{name}.pvd").exists())
     tables = [f"{name}.{ending}" for name in (BOLTS, FLOW, *ON_REQUEST) for ending in ("csv", "parquet")]
     series += "".join(f", {name}" for name in tables if (folder / name).exists())
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
-    say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
+    drawable = not drawn and not in_space(results.blocks)
+    say(f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView" if drawable else "open blocks.pvd in ParaView")
     if drawn:
         say(f"pictures: {counted(len(drawn), 'file')} in {drawn[0].parent}")
 

@@ -48,10 +48,11 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.linear.state import LinearState
     from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
+    from bsm_mesh.space import PointHistory
 
     listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
     others = (FaceWater, FlowState, LinearState, LoopState, Pace, PointForces, ShakingMemory, StageProgress, StepRecord)
-    return {kind.__name__: kind for kind in (*listed, *others)}
+    return {kind.__name__: kind for kind in (*listed, *others, PointHistory)}
 
 
 def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -> None:

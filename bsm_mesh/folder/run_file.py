@@ -99,13 +99,13 @@ def run_file(
         file = file.model_copy(update={"output": file.output.model_copy(update={"tables": tables})})
     reach = Reach(folder=path.parent, scripts=scripts)
     folder = _folder(file, path, reach, output)
-    if tables and isinstance(file, SpaceFile):
-        raise ModelError(f"{path.name}: results of polyhedra are not written as tables yet; ask for none")
+    if file.output.tables and isinstance(file, SpaceFile):
+        raise ModelError(f"{path.name}: tables of results are for the plane; leave tables out")
     if resume and folder is None:
         raise ModelError("resume goes with a results folder, and output = False leaves nothing to go on with")
     with ExitStack() as held:
         writer = None
-        if folder is not None and isinstance(file, ModelFile):
+        if folder is not None:
             given, steps = _given(file, path, folder, options), file.output.snapshots == "steps"
             writer = held.enter_context(
                 RunWriter(
@@ -171,9 +171,7 @@ def _command(path: Path, output: Output, *, scripts: bool, tables: TableForm | L
 
 
 def _folder(file: ModelFile | SpaceFile, path: Path, reach: Reach, output: Output) -> Path | None:
-    if isinstance(file, SpaceFile) and output:
-        raise ModelError(f"{path.name}: results of polyhedra are not written to a folder yet; give no output folder")
-    if output is False or isinstance(file, SpaceFile):
+    if output is False:
         return None
     if output is None:
         return output_folder(file, path, reach)
@@ -182,7 +180,7 @@ def _folder(file: ModelFile | SpaceFile, path: Path, reach: Reach, output: Outpu
     raise ModelError(f"output = {output!r} must be a folder, or False to write nothing")
 
 
-def _given(file: ModelFile, path: Path, folder: Path, options: Options | None) -> Given:
+def _given(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Options | None) -> Given:
     """Return what is to be written of the model: nothing where it is the folder's own ``model.toml``, which stays."""
     there = folder / MODEL
     if there.exists() and there.samefile(path):
@@ -198,20 +196,23 @@ def _given(file: ModelFile, path: Path, folder: Path, options: Options | None) -
     return {MODEL: lambda target: write_text(target, text)}
 
 
-def _as_run(file: ModelFile, path: Path, folder: Path, options: Options | None) -> str:
-    """Return the model file with every default and all numbers in SI, its mesh relative to `folder`."""
-    content = file.model_dump(mode="json", exclude_none=True)
+def _as_run(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Options | None) -> str:
+    """Return the model file with every default and all numbers in SI, what it names relative to `folder`."""
+    content = file.model_dump(mode="json", exclude_none=True, by_alias=True)
+    for body in content.get("excavation", ()):
+        if "profile" in body:
+            body["profile"] = _from_folder(path.parent / body["profile"], folder)
     for key in ("file", "geometry"):
         name = content["mesh"].get(key)
         if name is not None and (key == "file" or name.endswith(".py")):
             content["mesh"][key] = _from_folder(path.parent / name, folder)
-    for bolt in content["bolt"]:
+    for bolt in content.get("bolt", ()):
         if "table" in bolt:
             bolt["table"] = _from_folder(path.parent / bolt["table"], folder)
     for joint in content["joint"].values():
         if isinstance(joint.get("along"), dict):
             joint["along"]["file"] = _from_folder(path.parent / joint["along"]["file"], folder)
-    for history in content["history"]:
+    for history in content.get("history", ()):
         history["measured"] = [_from_folder(path.parent / name, folder) for name in history["measured"]]
     if options is not None:
         content |= tables_of(options)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -114,8 +114,22 @@ class SavedResults:
 
         return grid_of(self.content(name), self.folder / name, needs=needs)
 
+    @property
+    def in_space(self) -> bool:
+        """Whether the blocks are polyhedra."""
+        return bool(self.told.get("dimensions") == 3)
+
+    def refuse_space(self, thing: str) -> None:
+        """Raise a `ModelError` for results of polyhedra where a thing knows polygons alone."""
+        if self.in_space:
+            raise ModelError(f"{thing}: knows blocks in the plane only, and those in {self.folder} are polyhedra")
+
     def blocks(self) -> Blocks:
         """Return the blocks of the model, those that were taken away too."""
+        if self.in_space:
+            from bsm_mesh.folder.space_stages import polyhedra_of
+
+            return cast(Blocks, polyhedra_of(self))  # they answer to the same names
         from bsm_mesh.converters.result_files import GIVEN_BLOCKS, blocks_of_grid, stage_file
 
         return blocks_of_grid(self.grid(GIVEN_BLOCKS if GIVEN_BLOCKS in self else stage_file("blocks", 0)))

@@ -17,9 +17,11 @@ from bsm_mesh.folder.result_tables import USUAL, OutputForm
 from bsm_mesh.folder.run_writer import RunWriter
 from bsm_mesh.folder.saved_results import SavedResults, damage_told, find_results
 from bsm_mesh.folder.shaking_files import read_shaking, with_times
+from bsm_mesh.folder.space_stages import columns_in_space
 from bsm_mesh.folder.summary import read_summary
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.modelfile.model_text import MODEL, Given, files_of_model
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
@@ -157,6 +159,29 @@ def _route_end(told: dict[str, Any]) -> RouteEnd:
 def _load_stage(
     saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], given: Blocks
 ) -> StageResult:
+    shaking = read_shaking(told["shaking"], number, saved.content, saved.folder) if "shaking" in told else None
+    columns = columns_in_space(saved, number, given) if in_space(given) else _columns(saved, number, told, given)
+    return StageResult(
+        name=told["name"],
+        status=Status(told["status"]),
+        reason=told["reason"],
+        **columns,
+        **_water_of(saved, number, told),
+        unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
+        small_blocks=np.array(told.get("small_blocks", ()), dtype=np.int32),
+        start_residual=told["start_residual"],
+        residual=told["residual"],
+        reference_weight=told["reference_weight"],
+        steps=with_times(tuple(step for step in steps if step.stage == number), shaking),
+        shaking=shaking,
+        notes=tuple(told["notes"]),
+        falls=tuple(_fall(fall, given) for fall in told.get("falls", ())),
+        **_evidence(saved, number),
+    )
+
+
+def _columns(saved: SavedResults, number: int, told: dict[str, Any], given: Blocks) -> dict[str, Any]:
+    """Return the fields of a stage in the plane that are arrays, from its grids."""
     from bsm_mesh.converters.bolt_files import bolts_of_grid
     from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
     from bsm_mesh.converters.flow_files import flow_of_grid
@@ -172,36 +197,21 @@ def _load_stage(
         values[here] = rows
         return values
 
-    shaking = read_shaking(told["shaking"], number, saved.content, saved.folder) if "shaking" in told else None
-    return StageResult(
-        name=told["name"],
-        status=Status(told["status"]),
-        reason=told["reason"],
-        present=whole(np.ones(len(here), dtype=bool)),
-        displacement=whole(np.column_stack([cells["displacement"][:, :2], cells["rotation"]])),
-        stage_displacement=whole(np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]])),
-        origin=whole(cells["origin"]),
-        stress=whole(_tensors(cells["stress"])),
-        stress_effective=whole(_tensors(cells["stress_effective"])),
-        loads=whole(cells["load"]),
-        reactions=whole(cells["reaction"]),
-        water=whole(cells["water"]),
-        **_water_of(saved, number, told),
-        contacts=contacts_of_grid(contacts),
-        supports=supports_of_grid(supports),
-        bolts=bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if "bolts" in told else BoltForces.none(),
-        unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
-        small_blocks=np.array(told.get("small_blocks", ()), dtype=np.int32),
-        start_residual=told["start_residual"],
-        residual=told["residual"],
-        reference_weight=told["reference_weight"],
-        steps=with_times(tuple(step for step in steps if step.stage == number), shaking),
-        shaking=shaking,
-        notes=tuple(told["notes"]),
-        falls=tuple(_fall(fall, given) for fall in told.get("falls", ())),
-        **_evidence(saved, number),
-        flow=flow_of_grid(saved.grid(stage_file(FLOW, number)), told["flow"]) if "flow" in told else None,
-    )
+    return {
+        "present": whole(np.ones(len(here), dtype=bool)),
+        "displacement": whole(np.column_stack([cells["displacement"][:, :2], cells["rotation"]])),
+        "stage_displacement": whole(np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]])),
+        "origin": whole(cells["origin"]),
+        "stress": whole(_tensors(cells["stress"])),
+        "stress_effective": whole(_tensors(cells["stress_effective"])),
+        "loads": whole(cells["load"]),
+        "reactions": whole(cells["reaction"]),
+        "water": whole(cells["water"]),
+        "contacts": contacts_of_grid(contacts),
+        "supports": supports_of_grid(supports),
+        "bolts": bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if "bolts" in told else BoltForces.none(),
+        "flow": flow_of_grid(saved.grid(stage_file(FLOW, number)), told["flow"]) if "flow" in told else None,
+    }
 
 
 def _fall(told: dict[str, Any], given: Blocks) -> Fall:

@@ -17,6 +17,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.older_results import NEXT, brought_up
 from bsm_mesh.folder.own_files import SUMMARY, is_inside
 from bsm_mesh.folder.shaking_files import shaking_summary
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.movements import translations
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.flow import FlowResult
@@ -67,6 +68,7 @@ def summary(results: Results) -> dict[str, Any]:
         "tolerance": results.tolerance,
         "status": results.status.value,
         "unstable_blocks": results.unstable_blocks.tolist(),
+        **({"dimensions": 3} if in_space(results.blocks) else {}),
         "blocks": results.blocks.count,
         "joint_names": list(results.joint_names),
         "default_joint": results.default_joint,

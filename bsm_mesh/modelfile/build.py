@@ -106,8 +106,10 @@ def output_folder(file: ModelFile | SpaceFile, path: Path, reach: Reach) -> Path
     return reach.output(file.output.folder or f"out/{path.stem}")
 
 
-def inputs_of(file: ModelFile, path: Path) -> list[Path]:
+def inputs_of(file: ModelFile | SpaceFile, path: Path) -> list[Path]:
     """Return the files that a model is made of: the model file, its mesh or script, its tables."""
+    if isinstance(file, SpaceFile):
+        return [path, *(path.parent / body.profile for body in file.excavation if body.profile is not None)]
     script = file.mesh.geometry if (file.mesh.geometry or "").endswith(".py") else None
     lines = (table.along.file for table in file.joint.values() if isinstance(table.along, LineFile))
     beside = (name for table in file.history for name in table.measured)

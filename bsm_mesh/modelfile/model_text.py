@@ -17,6 +17,7 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS
+from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.shaking import Shaking
@@ -63,6 +64,7 @@ def files_of_model(model: Model, options: Options) -> Given:
     """
     from bsm_mesh.converters.meshes.block_files import write_polygons
 
+    refuse_space(model.blocks, "a model file")
     text = as_run(content_of(model, options), tuple(_notes(model.blocks)))
     try:
         text.encode()

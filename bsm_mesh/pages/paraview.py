@@ -28,6 +28,7 @@ def write_paraview(out: Path) -> Path:
     from jinja2 import Environment
 
     added, saved = AddedFiles(out), SavedResults(out)
+    saved.refuse_space("paraview")
     with damage_told(out):
         greatest, factor, size = _movements(saved)
         states = [frame.label for frame in frames_in(saved)]

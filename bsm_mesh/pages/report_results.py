@@ -55,6 +55,7 @@ Rows = list[tuple[str, ...]]
 def content_of(out: Path) -> dict[str, Any]:
     """Return the results part of the page."""
     saved, results = SavedResults(out), load_results(out)
+    saved.refuse_space("report")
     told = saved.told
     grounds = {ground.stage: ground for ground in grounds_in(out)}
     model = saved.content(MODEL).decode("utf-8") if MODEL in saved else ""

@@ -23,6 +23,7 @@ def write_view(out: Path) -> Path:
         If the folder holds no results, or they are damaged or too large for a page, or Bokeh is not there.
     """
     added, saved = AddedFiles(out), SavedResults(out)
+    saved.refuse_space("view")
     with damage_told(out):
         data, title = read_view(saved), heading(saved.told)
     page = page_of(data, title)

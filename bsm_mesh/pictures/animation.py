@@ -48,6 +48,7 @@ def animate(folder: Path) -> Path:
     At most `MOST_FRAMES` of them, evenly chosen; blocks that come down are red from the start.
     """
     added, saved = AddedFiles(folder), SavedResults(folder)
+    saved.refuse_space("plot")
     files = _snapshots(saved)
     chosen = np.unique(np.linspace(0, len(files) - 1, min(len(files), MOST_FRAMES - 1)).round().astype(int))
     files = [files[k] for k in chosen]
@@ -68,6 +69,7 @@ def animate(folder: Path) -> Path:
 def draw_step(folder: Path, step: int) -> Path:
     """Draw the position at the last snapshot of no more than `step` steps, and return the path of the picture."""
     added, saved = AddedFiles(folder), SavedResults(folder)
+    saved.refuse_space("plot")
     files = _snapshots(saved)
     earlier = [entry for entry in files if entry[0] <= step] or files[:1]
     time, file = earlier[-1]

@@ -20,6 +20,7 @@ import numpy as np
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.storage import load_results
+from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.pictures.beside import with_sources
 from bsm_mesh.pictures.block_pictures import (
     draw_arrows,
@@ -159,6 +160,7 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
     refuse_window(choice.window, names)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
     results = load_results(folder)
+    refuse_space(results.blocks, "plot")
     for name, path in choice.beside:
         results = with_sources(results, {name: path})
     drawn = []

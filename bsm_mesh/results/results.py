@@ -192,7 +192,8 @@ class Results:
         ModelError
             If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
         """
-        refuse_space(self.blocks, "Results.save")
+        if tables:
+            refuse_space(self.blocks, "Results.save: tables")
         form = doors.OutputForm(tables=tables, compression=compression)
         return doors.save_results(self, as_path("Results.save: folder", folder), form=form)
 

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.vtk_files import Compression, Faces, Grid, write_vtu
 from bsm_mesh.converters.vtu_content import POLYGON, POLYHEDRON, numbered
 from bsm_mesh.errors import ModelError
+from bsm_mesh.movements import carried
 from bsm_mesh.reading import as_path
+from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.key_blocks.modes import MODES
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
@@ -24,8 +26,8 @@ NOT_AT_WALL = -1  # mode of blocks without a free face
 def block_grid(
     blocks: Polyhedra,
     *,
-    displacement: FloatArray | None = None,
-    rotation: FloatArray | None = None,
+    movement: FloatArray | None = None,
+    present: BoolArray | None = None,
     key_blocks: KeyBlocks | None = None,
     cell_data: Mapping[str, FloatArray] | None = None,
 ) -> Grid:
@@ -35,16 +37,19 @@ def block_grid(
     ----------
     blocks : Polyhedra
         The blocks, as they were given.
-    displacement : (n, 3) float64, optional [m]
-        Of the centroids.
-    rotation : (n, 3, 3) float64, optional
-        Rotation matrices.
+    movement : (n, 6) float64, optional [m, rad]
+        Displacements of the centroids and rotation vectors.
+    present : (n,) bool, optional
+        Blocks that are written, all by default; ``block_id`` has their numbers.
     key_blocks : KeyBlocks, optional
         Mode, factor, support pressure, ... of the blocks at free faces; others have the mode -1 and no numbers.
     cell_data : mapping of str to (n, ...) array, optional
         Other arrays of the blocks.
     """
+    here = np.arange(blocks.count) if present is None else np.flatnonzero(present)
     face, side = _surfaces(blocks)
+    shown = np.isin(blocks.face_blocks[face, side], here)
+    face, side = face[shown], side[shown]
     block = blocks.face_blocks[face, side]
     sizes = np.diff(blocks.face_offsets)[face]
     start = blocks.face_offsets[face].astype(np.int64)
@@ -56,7 +61,7 @@ def block_grid(
         block[owner].astype(np.int64) * many + blocks.face_vertices[place], return_inverse=True
     )
     of_block, vertex = point // many, point % many
-    data = {"block_id": np.arange(blocks.count), "rock": blocks.rock, "volume": blocks.moments.volume}
+    data: dict[str, Any] = {"block_id": np.arange(blocks.count, dtype=np.int32), "rock": blocks.rock, "volume": blocks.moments.volume}
     names, units = numbered("rock", blocks.rock_names), {"volume": "m^3", "displacement": "m"}
     if key_blocks is not None:
         data |= _key_arrays(blocks, key_blocks)
@@ -64,22 +69,26 @@ def block_grid(
         units |= {"weight": "N", "support_pressure": "Pa"}
     return Grid(
         points=blocks.vertices[vertex],
-        offsets=np.searchsorted(of_block, np.arange(blocks.count + 1)),
+        offsets=np.searchsorted(of_block, [*here, blocks.count]),
         connectivity=np.arange(len(point)),
         cell_type=POLYHEDRON,
-        point_data=_moved(blocks, of_block, vertex, displacement, rotation),
-        cell_data={**data, **(cell_data or {})},
+        point_data=_moved(blocks, of_block, vertex, movement),
+        cell_data={name: values[here] for name, values in {**data, **(cell_data or {})}.items()},
         names=names,
         units=units,
         faces=Faces(
-            cell_offsets=np.searchsorted(block, np.arange(blocks.count + 1)),
+            cell_offsets=np.searchsorted(block, [*here, blocks.count]),
             offsets=np.concatenate([[0], np.cumsum(sizes)]),
             connectivity=connectivity.reshape(-1),
         ),
     )
 
 
-def contact_grid(blocks: Polyhedra, cell_data: Mapping[str, FloatArray] | None = None) -> Grid:
+def contact_grid(
+    blocks: Polyhedra,
+    cell_data: Mapping[str, FloatArray] | None = None,
+    polygons: ContactPolygons | None = None,
+) -> Grid:
     """Return a polygon a contact polygon, with its blocks, joint, area and the outward normal of block_b.
 
     Parameters
@@ -88,8 +97,10 @@ def contact_grid(blocks: Polyhedra, cell_data: Mapping[str, FloatArray] | None =
         The blocks, as they were given.
     cell_data : mapping of str to (n, ...) array, optional
         Other arrays of the contact polygons.
+    polygons : ContactPolygons, optional
+        Some of them; all by default.
     """
-    polygons = blocks.contact_polygons
+    polygons = blocks.contact_polygons if polygons is None else polygons
     data = {
         "block_a": polygons.block_a,
         "block_b": polygons.block_b,
@@ -158,16 +169,12 @@ def _surfaces(blocks: Polyhedra) -> tuple[IntArray, IntArray]:
 
 
 def _moved(
-    blocks: Polyhedra, block: IntArray, vertex: IntArray, displacement: FloatArray | None, rotation: FloatArray | None
+    blocks: Polyhedra, block: IntArray, vertex: IntArray, movement: FloatArray | None
 ) -> dict[str, FloatArray]:
     """Return the displacements of points of blocks, exact for large rotations; nothing where blocks did not move."""
-    if displacement is None:
+    if movement is None:
         return {}
-    moved = displacement[block]
-    if rotation is not None:
-        arm = blocks.vertices[vertex] - blocks.moments.centroid[block]
-        moved = moved + np.einsum("kij,kj->ki", rotation[block], arm) - arm
-    return {"displacement": moved}
+    return {"displacement": carried(blocks.vertices[vertex] - blocks.moments.centroid[block], movement[block])}
 
 
 def _key_arrays(blocks: Polyhedra, found: KeyBlocks) -> dict[str, Any]:

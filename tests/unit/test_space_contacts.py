@@ -8,7 +8,7 @@ import bsm_mesh as bsm
 from bsm_mesh.movements import turned as turned_by
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.step.equations import StepEquations
-from bsm_mesh.three_d.contacts.history import History
+from bsm_mesh.three_d.contacts.history import PointHistory
 from tests.scenes.polyhedra import box, model_in_space, on_incline
 
 TANGENT = 1e-8  # of the greatest entry: differences of forces with steps of 1e-7
@@ -24,7 +24,7 @@ SOLIDS = [
 def step_of(model):
     """Return the equations of the first step."""
     engine = Continuation(model, bsm.Options(threads=1), lambda *_: None)
-    contacts = engine.system.gather(History.none(), engine.system.start, first=True)
+    contacts = engine.system.gather(PointHistory.none(), engine.system.start, first=True)
     return StepEquations(engine.system, engine.factors, contacts, engine.system.start, 0.0)
 
 

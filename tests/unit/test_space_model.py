@@ -57,8 +57,8 @@ def test_what_knows_polygons_alone_says_so(tmp_path):
     for ask in (results.plot, results.to_pandas, results.to_meshio, results.model.plot):
         with fault("knows blocks in the plane only, and these are polyhedra"):
             ask()
-    with fault("Results.save: knows blocks in the plane only"):
-        results.save(tmp_path / "out")
+    with fault("Results.save: tables: knows blocks in the plane only"):
+        results.save(tmp_path / "out", tables=True)
     with fault("limit analysis: knows blocks in the plane only"):
         bsm.limit_analysis(results.model)
     assert not list(tmp_path.iterdir())

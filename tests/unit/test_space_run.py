@@ -65,7 +65,7 @@ def test_stages_of_a_model_file_are_run_and_told(case: Case) -> None:
     assert "comes down 1 block, 6 m3 (60 % of all), 156 kN" in said
     assert "weights and loads (x, y, z) 0 N, 0 N, -260 kN" in said
     assert "J1 4.619 m2 0 % 100 % 0 Pa" in said
-    assert not [name for name in outcome.new if name.startswith("out")]
+    assert "blocks.pvd, contacts.pvd, supports.pvd" in said
 
 
 def test_json_tells_verdicts_and_joints(case: Case) -> None:
@@ -114,11 +114,12 @@ def results_height(model):
     return np.unique(east)[-2] - east.min()
 
 
-def test_no_folder_is_written_yet(case: Case) -> None:
+def test_what_is_for_the_plane_is_refused(case: Case) -> None:
     case.write("slope.toml", SLOPE)
-    case.refuses("run", "slope.toml", "-o", "here", says=["results of polyhedra are not written to a folder yet"])
-    case.refuses("run", "slope.toml", "--tables", "csv", says=["results of polyhedra are not written as tables yet"])
-    case.refuses("run", "slope.toml", "--resume", says=["resume goes with a results folder"])
+    case.refuses("run", "slope.toml", "--tables", "csv", says=["tables of results are for the plane"])
+    case.run("run", "slope.toml", "-o", "out")
+    for command in ("plot", "view", "paraview", "report"):
+        case.refuses(command, "out", says=["knows blocks in the plane only"])
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import three_d as files
@@ -12,7 +13,6 @@ from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.polygons import vector_areas
 from tests.scenes.rock_3d import planes, tunnel_rock
 from tests.unit.test_key_blocks import ROCK, joint, roof
-from tests.unit.test_polyhedra import rotation
 
 
 def read(path):
@@ -75,14 +75,15 @@ def test_surfaces_of_blocks_of_several_cells_are_closed():
 
 
 def test_points_of_turned_blocks_are_where_the_blocks_are():
-    """A quarter turn and a shift of the second of two blocks, exact."""
+    """A large turn and a shift of the second of two blocks, exact."""
     rock = three_d.RockMass(
         box=((0, 0, 0), (2, 1, 1)),
         joints=[three_d.JointPlane(name="A", dip=90, dip_direction=90, point=(1, 0, 0))],
     )
     blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
-    turn, shift = np.stack([np.eye(3), rotation(4)]), np.array([(0, 0, 0), (0.3, 0, -5.0)])
-    grid = files.block_grid(blocks, displacement=shift, rotation=turn)
+    shift = np.array([(0, 0, 0), (0.3, 0, -5.0)])
+    turn = np.stack([np.eye(3), Rotation.from_rotvec((0.3, -1.2, 0.8)).as_matrix()])
+    grid = files.block_grid(blocks, movement=np.hstack([shift, [(0, 0, 0), (0.3, -1.2, 0.8)]]))
     placed = grid.points + grid.point_data["displacement"]
     assert len(grid.points) == 16
     centre = blocks.moments.centroid[1]
