@@ -61,7 +61,8 @@ def block_grid(
         block[owner].astype(np.int64) * many + blocks.face_vertices[place], return_inverse=True
     )
     of_block, vertex = point // many, point % many
-    data: dict[str, Any] = {"block_id": np.arange(blocks.count, dtype=np.int32), "rock": blocks.rock, "volume": blocks.moments.volume}
+    data: dict[str, Any] = {"block_id": np.arange(blocks.count, dtype=np.int32), "rock": blocks.rock}
+    data["volume"] = blocks.moments.volume
     names, units = numbered("rock", blocks.rock_names), {"volume": "m^3", "displacement": "m"}
     if key_blocks is not None:
         data |= _key_arrays(blocks, key_blocks)
@@ -168,9 +169,7 @@ def _surfaces(blocks: Polyhedra) -> tuple[IntArray, IntArray]:
     return face[order], side[order]
 
 
-def _moved(
-    blocks: Polyhedra, block: IntArray, vertex: IntArray, movement: FloatArray | None
-) -> dict[str, FloatArray]:
+def _moved(blocks: Polyhedra, block: IntArray, vertex: IntArray, movement: FloatArray | None) -> dict[str, FloatArray]:
     """Return the displacements of points of blocks, exact for large rotations; nothing where blocks did not move."""
     if movement is None:
         return {}
