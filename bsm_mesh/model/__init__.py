@@ -13,7 +13,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
-from bsm_mesh.model.water import Water
+from bsm_mesh.model.water import HeadPlane, Water
 
 __all__ = [
     "BartonBandis",
@@ -27,6 +27,7 @@ __all__ = [
     "Flow",
     "FlowChange",
     "Grout",
+    "HeadPlane",
     "History",
     "InSitu",
     "InSituTraction",

@@ -112,6 +112,8 @@ def _surface_faults(in_situ: InSitu, blocks: Blocks) -> Iterable[str]:
 
 def _water_faults(place: str, water: Water, model: Model, joint_names: Sequence[str]) -> Iterable[str]:
     blocks = model.blocks
+    if water.plane is not None:
+        yield f"{place}: plane is for polyhedra; in the plane give table"
     yield from water_weight_faults(place, water.unit_weight, model)
     for name in water.joint_pressure:
         if name not in joint_names:

@@ -91,6 +91,7 @@ DISPLACEMENT = Quantity(unit="m", least=-1e3, most=1e3, usual=(-1, 1), example='
 BLOCK = Quantity(least=0, most=2**31 - 1, whole=True, example="7")
 
 # Joints in three dimensions.
+HEAD_DIP = Quantity(unit="degrees", least=0, most=80, example="5")
 DIP = Quantity(unit="degrees", least=0, most=90, example="60", why="the dip direction says to which side")
 JOINT_SPACING = Quantity(unit="m", least=1e-3, most=1e5, usual=(0.02, 100), example='"1.5 m"')
 JOINT_DENSITY = Quantity(unit="1/m", least=1e-6, most=1e3, usual=(0.01, 50), example="0.8")

@@ -11,11 +11,45 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, ReadOnlyMapping
 from bsm_mesh.errors import as_given, raise_faults
 from bsm_mesh.model.in_situ import Points, line
-from bsm_mesh.model.quantities import PRESSURE, WATER_WEIGHT
+from bsm_mesh.model.quantities import COORDINATE, DIRECTION, HEAD_DIP, PRESSURE, WATER_WEIGHT
 from bsm_mesh.model.values import Rules, is_number, parts_of
 
 Head = Literal["vertical", "parallel"]
 WATER = 9810.0  # N/m3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeadPlane:
+    """A plane of groundwater in space: pressure grows with the vertical depth below it.
+
+    Attributes
+    ----------
+    point : (x, y, z) [m]
+        A point on it.
+    dip, dip_direction : float [degrees]
+        Its fall from the level, and to which side, clockwise from north.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 12), dip=5, dip_direction=90)).plane.dip
+    5
+    """
+
+    point: tuple[float, float, float]
+    dip: Annotated[float, HEAD_DIP] = 0.0
+    dip_direction: Annotated[float, DIRECTION] = 0.0
+
+    def __post_init__(self) -> None:
+        rules = Rules("plane of head")
+        parts = parts_of(self.point) or []
+        if len(parts) != 3:
+            rules.faults.append(f"plane of head: point = {as_given(self.point)} must be three numbers (x, y, z) [m]")
+        for part in parts:
+            rules.number("point", part, COORDINATE)
+        rules.numbers(self)
+        raise_faults(rules.faults)
+        object.__setattr__(self, "point", tuple(float(part) for part in parts))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,6 +68,8 @@ class Water:
         for seepage parallel to it.
     joint_pressure : mapping of str to float [Pa]
         Pressure in all faces of a joint, instead of the table's.
+    plane : HeadPlane or None
+        Of polyhedra instead of a table.
 
     Examples
     --------
@@ -46,6 +82,7 @@ class Water:
     unit_weight: Annotated[float, WATER_WEIGHT] = WATER
     head: Head = "vertical"
     joint_pressure: Mapping[str, float] = field(default_factory=dict)
+    plane: HeadPlane | None = field(default=None, metadata={"in_hash": "given"})
 
     def __post_init__(self) -> None:
         rules = Rules("water")
@@ -54,6 +91,7 @@ class Water:
             rules.faults.append("water: a table of one point is level everywhere; give it alone, or two points or more")
         rules.numbers(self)
         rules.choice("head", self.head, get_args(Head))
+        rules.a_thing("plane", self.plane, HeadPlane, optional=True)
         pressures = rules.mapping("joint_pressure", self.joint_pressure)
         for name, pressure in pressures.items():
             rules.number(f"joint_pressure of '{name}'", pressure, PRESSURE)

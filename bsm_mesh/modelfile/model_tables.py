@@ -132,7 +132,7 @@ class InSituTable(Table):
     stress: StressTable | None = None
 
 
-@keys_of(Water)
+@keys_of(Water, without=("plane",))
 class WaterTable(Table):
     """Groundwater."""
 

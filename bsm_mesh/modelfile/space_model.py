@@ -13,12 +13,13 @@ from bsm_mesh.errors import ModelError, place, placed, raise_faults
 from bsm_mesh.model.loads import Load, PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.water import HeadPlane, Water
 from bsm_mesh.modelfile.build_parts import make_load, make_options, make_supports
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import cut_space_file
-from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable
+from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable, SpaceWaterTable
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 
@@ -48,6 +49,7 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
     )
     loads = made(partial(_load, table, f"[[load]] number {k + 1}", blocks) for k, table in enumerate(file.load))
     stages = made(partial(_stage, table, blocks) for table in file.stage)
+    water = made(iter([] if file.water is None else [partial(_water, file.water, "[water]")]))
     options = made(iter([partial(make_options, file.solver, file.falls)]))
     raise_faults(faults)
     with placed(path.name):
@@ -61,6 +63,7 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
             gravity_horizontal=file.gravity.horizontal,
             gravity_vertical=file.gravity.vertical,
             contact_points=file.mesh.contact_points,
+            water=water[0] if water else None,
             stages=tuple(stages),
             options=options[0],
             title=file.title,
@@ -88,4 +91,12 @@ def _stage(table: SpaceStageTable, blocks: Polyhedra) -> Stage:
     """Return a stage."""
     where = f"stage '{table.name}'"
     loads = tuple(_load(load, f"{where}: load {k + 1}", blocks) for k, load in enumerate(table.load))
-    return Stage(**given_in(table, Stage, without=("loads",)), loads=loads)
+    water = None if table.water is None else _water(table.water, f"{where}: water")
+    return Stage(**given_in(table, Stage, without=("loads", "water")), loads=loads, water=water)
+
+
+def _water(table: SpaceWaterTable, where: str) -> Water:
+    """Return the groundwater."""
+    with placed(where):
+        plane = None if table.plane is None else HeadPlane(**table.plane.model_dump())
+        return Water(**given_in(table, Water, without=("plane",)), plane=plane)

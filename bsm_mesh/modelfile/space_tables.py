@@ -8,6 +8,7 @@ from pydantic import Field
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import PathText, Table
@@ -157,6 +158,24 @@ class SpaceGravityTable(Table):
     vertical: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="upwards")
 
 
+class HeadPlaneTable(Table):
+    """A plane of groundwater."""
+
+    point: Vector = Field(description="on it")
+    dip: Annotated[float, q.HEAD_DIP] = Field(default=0.0, description="its fall from the level")
+    dip_direction: Angle = Field(default=0.0, description="clockwise from north")
+
+
+@keys_of(Water, without=("table", "head", "plane"))
+class SpaceWaterTable(Table):
+    """Groundwater."""
+
+    plane: HeadPlaneTable | None = Field(default=None, description="pressure grows with the vertical depth below it")
+    joint_pressure: dict[str, Annotated[float, q.PRESSURE]] = Field(
+        default_factory=dict, description="pressure in all faces of a joint between blocks, instead of the plane's"
+    )
+
+
 @keys_of(Stage, without=("loads", "water", "flow", "gravity", "shaking"))
 class SpaceStageTable(Table):
     """A stage: what is taken away, put back and changed."""
@@ -169,6 +188,7 @@ class SpaceStageTable(Table):
     relaxation: list[Annotated[float, q.RELAXATION]] = Field(
         default=[1.0], description="parts of the former forces released, one by one"
     )
+    water: SpaceWaterTable | None = Field(default=None, description="the water from here on")
     load: list[SpaceLoadTable] = Field(default_factory=list)
     strength: dict[str, Annotated[float, q.STRENGTH_FACTOR]] = Field(
         default_factory=dict,
@@ -192,6 +212,7 @@ class SpaceFile(Table):
     key_blocks: KeyBlocksTable = Field(default_factory=KeyBlocksTable)
     support: list[SpaceSupportTable] = Field(default_factory=list)
     load: list[SpaceLoadTable] = Field(default_factory=list)
+    water: SpaceWaterTable | None = None
     gravity: SpaceGravityTable = Field(default_factory=SpaceGravityTable)
     stage: list[SpaceStageTable] = Field(default_factory=list)
     solver: SolverTable = Field(default_factory=SolverTable)

@@ -27,8 +27,9 @@ def outcome_of(
     kept = np.flatnonzero(motion.at.closed | motion.contacts.within_tolerance)
     contacts = point_forces(system, motion, kept)
     supports = _support_forces(system, position, size)
-    stress = _stress(system, motion, contacts, supports)
-    nothing = np.zeros((count, 6))
+    effective = _stress(system, motion, contacts, supports)
+    water, dyad = system.water.on_blocks(position)
+    of_water = (dyad + dyad.transpose(0, 2, 1)) / (2 * system.model.blocks.moments.bulk[:, None, None])
     stage = StageResult(
         name="",
         status=motion.status,
@@ -36,15 +37,15 @@ def outcome_of(
         present=np.ones(count, dtype=bool),
         displacement=position,
         stage_displacement=position - origin,
-        origin=nothing,
-        stress=stress,
-        stress_effective=stress,
+        origin=np.zeros((count, 6)),
+        stress=effective + of_water,
+        stress_effective=effective,
         loads=motion.loads,
         reactions=reactions,
-        water=nothing,
+        water=water,
         water_table=np.zeros((0, 2, 2)),
         water_gradient=np.zeros(0),
-        joint_water=np.full(len(system.model.joints), np.nan),
+        joint_water=_joint_water(system),
         contacts=contacts,
         supports=supports,
         bolts=bolts,
@@ -57,6 +58,12 @@ def outcome_of(
         evidence=evidence_of(system, motion, kept),
     )
     return Outcome(stage, size, motion.down, motion.small)
+
+
+def _joint_water(system: BlockSystem) -> FloatArray:
+    """Return the pressure given for every joint of the model [Pa]; nan: none is."""
+    given = {} if system.model.water is None else system.model.water.joint_pressure
+    return np.array([given.get(joint.name, np.nan) for joint in system.model.joints], dtype=np.float64)
 
 
 def point_forces(system: BlockSystem, motion: Motion, kept: IntArray) -> PointForces3D:

@@ -24,7 +24,7 @@ def fault(match):
         ({"supports": [bsm.Fixed(blocks=[7])]}, "there is no block 7; blocks are numbered 0 to 1"),
         ({"supports": [bsm.Fixed(boundary="top")]}, "there is no boundary 'top'"),
         ({"loads": [bsm.PointLoad(block=1, point=(0, 0), force=(1, 0))]}, "polyhedra take Pressure(boundary=..."),
-        ({"water": bsm.Water(table=[(0, 1)])}, "water: not for polyhedra yet"),
+        ({"water": bsm.Water(table=[(0, 1)])}, "water: table is for the plane"),
         ({"joints": ()}, "joint 'J1' is not defined"),
     ],
 )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import bars_of
@@ -14,8 +14,9 @@ from bsm_mesh.three_d.model.loads import forces_in_space
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
+    from bsm_mesh.model.water import Water
 
-REFUSED = ("bolts", "in_situ", "water", "flow", "face_water", "histories")  # fields that are for the plane
+REFUSED = ("bolts", "in_situ", "flow", "face_water", "histories")  # fields that are for the plane
 
 
 def faults_in_space(model: Model) -> list[str]:
@@ -34,6 +35,8 @@ def faults_in_space(model: Model) -> list[str]:
         faults.append("gravity_direction: with polyhedra z is up, and weights pull down; turn the blocks instead")
     if model.contact_points == "gauss":
         faults.append('contact_points: polyhedra take "both" (corners and centroids of faces) or "corners"')
+    for place, water in (("water", model.water), *((f"stage '{s.name}': water", s.water) for s in model.stages)):
+        faults += [f"{place}: {text}" for text in _water_faults(model, water)]
     faults += [f"joint '{joint.name}': {text}" for joint in model.joints for text in _joint_faults(joint)]
     checks: list[Callable[[], object]] = [
         lambda: bars_of(model.supports, model.blocks),
@@ -55,6 +58,19 @@ def _given(model: Model, name: str) -> bool:
     return value is not None and value != ()
 
 
+def _water_faults(model: Model, water: Water | None) -> Iterable[str]:
+    if water is None:
+        return
+    if water.table:
+        yield "table is for the plane; give plane = HeadPlane(point=..., dip=..., dip_direction=...)"
+    if water.head != "vertical":
+        yield "head = 'parallel' is for the plane; leave it out"
+    names = [joint.name for joint in model.joints]
+    for name in water.joint_pressure:
+        if name not in names:
+            yield f"joint_pressure: there is no joint '{name}'{nearest(name, names)}"
+
+
 def _joint_faults(joint: object) -> Iterable[str]:
     if getattr(joint, "dilation_angle", 0):
         yield "dilation_angle is for the plane; leave it out"
@@ -64,7 +80,7 @@ def _joint_faults(joint: object) -> Iterable[str]:
 
 def _stage_faults(stage: object) -> Iterable[str]:
     name = getattr(stage, "name", "")
-    for key in ("water", "gravity", "levels", "shaking"):
+    for key in ("gravity", "flow", "shaking"):
         value = getattr(stage, key, None)
         if value is not None and value != () and value != 0:
             yield f"stage '{name}': {key} is for the plane; leave it out"
@@ -80,7 +96,8 @@ def refuse_unready(model: Model, solver_faults: tuple[str, ...], scheme: str) ->
     if not len(bars.block):
         faults.append("the model is free to move in any direction: no support holds it; hold some blocks or a boundary")
     stages = [forces_in_space(loads, model.blocks).force for loads in (model.loads, *(s.loads for s in model.stages))]
-    loaded = model.weights.any() or any(force.any() for force in stages)
+    waters = [model.water, *(stage.water for stage in model.stages)]
+    loaded = model.weights.any() or any(force.any() for force in stages) or any(waters)
     if not loaded:
         faults.append("nothing loads the model; give the rocks their unit_weight, or a load")
     raise_faults(faults)

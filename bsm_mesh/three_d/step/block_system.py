@@ -27,6 +27,7 @@ from bsm_mesh.three_d.contacts.history import PointHistory
 from bsm_mesh.three_d.contacts.kernels import max_relative_movement
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
+from bsm_mesh.three_d.water import WaterOnPolyhedra
 
 
 class BlockSystem(System):
@@ -56,6 +57,7 @@ class BlockSystem(System):
         self._given = given_contacts(model, self.catalogue, self.prescribed_blocks)
         self.applied = point_forces_of(model.acting_loads, model.blocks)
         self.applied_arm = self.applied.point - self.centroid[self.applied.block]
+        self.water = WaterOnPolyhedra(model)
         self.dead = model.gravity_forces
         np.add.at(self.dead, self.applied.block, self.applied.force)
         self.loads = self.loads_at(self.start)
@@ -74,12 +76,15 @@ class BlockSystem(System):
     @property
     def constant_loads(self) -> FloatArray | None:
         """Weights (n, 6) where nothing else acts; None where what acts depends on where the blocks are."""
-        return None if len(self.applied.block) else self.loads
+        return None if len(self.applied.block) or self.water.acts else self.loads
 
     def loads_at(self, position: FloatArray) -> FloatArray:
-        """Return weights and loads, (n, 6): loads keep their direction and follow their point on the block."""
-        loads = np.zeros_like(position)
-        loads[:, :3] = self.dead
+        """Return weights, loads and water, (n, 6).
+
+        Loads keep their direction and follow their point on the block; water pressure follows the position.
+        """
+        loads, _ = self.water.on_blocks(position)
+        loads[:, :3] += self.dead
         arm = turned(self.applied_arm, position[self.applied.block, 3:])
         np.add.at(loads[:, 3:], self.applied.block, cross(arm, self.applied.force))
         return loads
@@ -87,7 +92,8 @@ class BlockSystem(System):
     def load_stiffness(self, position: FloatArray) -> FloatArray | None:
         """Return the derivatives of minus `loads_at` by the movement of every block, (n, 6, 6); None: all are zero.
 
-        A moment ``arm x force`` changes with the turn of its arm by ``(turn x arm) x force``.
+        A moment ``arm x force`` changes with the turn of its arm by ``(turn x arm) x force``. That of water, which is
+        small beside the stiffness of contacts, is left out.
         """
         block, force = self.applied.block, self.applied.force
         if not len(block):

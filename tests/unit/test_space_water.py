@@ -1,0 +1,116 @@
+"""Water on polyhedra: buoyancy of cut and turned blocks, uplift in joints, what a model file says of it."""
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.geometries import three_d
+from bsm_mesh.model.water import WATER
+from bsm_mesh.three_d.water import WaterOnPolyhedra
+from tests.scenes.polyhedra import box, model_in_space, on_incline
+from tests.scenes.rock_3d import planes
+from tests.scenes.small_case import Case
+from tests.unit.test_space_run import SLOPE
+
+OPTIONS = bsm.Options(threads=1)
+
+
+def rock(water):
+    low, high = (0, 0, 0), (4, 4, 3)
+    blocks = bsm.Polyhedra.from_cells(
+        three_d.cut_cells(three_d.RockMass(box=(low, high), joints=planes(low, high, 1.2, 3)))
+    )
+    joints = [bsm.Joint(name, normal_stiffness=1e9, shear_stiffness=1e9) for name in blocks.joint_names]
+    return bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=26e3)],
+        joints=joints,
+        supports=[bsm.Fixed(boundary="bottom")],
+        water=water,
+    )
+
+
+def test_water_lifts_every_block_by_its_volume():
+    """Under an inclined plane along the gradient, with no moment; turned blocks too."""
+    model = rock(bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 30), dip=10, dip_direction=60)))
+    up = np.array([np.tan(np.radians(10)) * np.sin(np.pi / 3), np.tan(np.radians(10)) * np.cos(np.pi / 3), 1])
+    volume = model.blocks.moments.volume
+    position = np.zeros((model.blocks.count, 6))
+    for turn in ((0, 0, 0), (0.4, -1.1, 0.7)):
+        position[:, 3:] = turn
+        found, dyad = WaterOnPolyhedra(model).on_blocks(position)
+        assert_allclose(found[:, :3], WATER * volume[:, None] * up, rtol=1e-9, atol=1e-6)
+        assert_allclose(found[:, 3:], 0, atol=1e-6)
+        assert np.linalg.eigvalsh(dyad).max() < 0  # pressed from all sides
+
+
+@pytest.mark.parametrize("depth", [0.2, 0.5, 0.9])
+def test_half_in_water_a_block_is_lifted_by_what_is_wet(depth):
+    """And where the wet part has its centroid: a plane that is inclined has a wedge of it."""
+    model = model_in_space([box((0, 0, 0), (1, 1, 1))])
+    plane = bsm.HeadPlane(point=(0.5, 0.5, depth))
+    found, _ = WaterOnPolyhedra(model.replace(water=bsm.Water(plane=plane))).on_blocks(np.zeros((1, 6)))
+    assert_allclose(found, [[0, 0, WATER * depth, 0, 0, 0]], atol=1e-9)
+    tilted = bsm.HeadPlane(point=(0, 0, 1), dip=45, dip_direction=90)  # through two edges: half of the cube is wet
+    found, _ = WaterOnPolyhedra(model.replace(water=bsm.Water(plane=tilted))).on_blocks(np.zeros((1, 6)))
+    assert found[0, 2] == pytest.approx(WATER / 2)
+    assert found[0, 4] == pytest.approx(WATER / 2 * (1 / 2 - 1 / 3) - WATER / 2 * (1 / 3 - 1 / 2) * -1)
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.99, "stable"), (1.01, "unstable")])
+def test_a_pressure_in_the_joint_lets_a_block_slide(share, status):
+    """At 20 degrees: W sin = (W cos - p A) tan phi."""
+    dip, friction = np.radians(20), np.radians(30)
+    limit = 26e3 * (np.cos(dip) - np.sin(dip) / np.tan(friction))
+    model = on_incline(20).replace(water=bsm.Water(joint_pressure={"J1": share * limit}))
+    results = bsm.run(model, OPTIONS)
+    assert results.status == status
+    stage = results.stages[-1]
+    assert stage.joint_water.tolist() == [share * limit]
+    if status == "stable":
+        lifted = stage.loads[1, :3] - (0, 0, -26e3)
+        assert np.linalg.norm(lifted) == pytest.approx(share * limit)
+        assert results.check().ok
+
+
+def test_contacts_bear_the_weight_under_water():
+    model = model_in_space([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))])
+    stage = bsm.run(model.replace(water=bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 3)))), OPTIONS).stages[-1]
+    assert_allclose(stage.contacts.normal_force.sum(), -(26e3 - WATER), rtol=1e-9)
+    assert_allclose(stage.water[:, 2], WATER, rtol=1e-12)
+    mean = -WATER * (2.5 - stage.displacement[1, 2])  # it settles a little
+    assert_allclose(stage.stress[1, 0, 0], mean, rtol=1e-9)
+    assert_allclose(stage.stress[1] - stage.stress_effective[1], mean * np.eye(3), atol=1e-3)
+
+
+def test_a_model_file_has_water_and_stages_change_it(case: Case) -> None:
+    text = (
+        SLOPE
+        + """water = {plane = {point = [0, 0, "2.5 m"]}}
+
+[water]
+joint_pressure = {J1 = "2 kPa"}
+"""
+    )
+    case.write("slope.toml", text)
+    told = json.loads(case.run("run", "slope.toml", "--json", "-o", "out").out)
+    assert told["stages"][0]["joint_water"] == {"J1": 2000}
+    assert told["stages"][1]["total_water"] == pytest.approx([0, 0, 10 * WATER], abs=1e-6)
+    assert case.run("verify", "out").code == 0
+    assert bsm.load(case.folder / "out/model.toml") == bsm.load(case.folder / "slope.toml")
+    case.write("slope.toml", text.replace("J1 =", "J2 ="))
+    case.refuses("run", "slope.toml", says=["water: joint_pressure: there is no joint 'J2'; did you mean 'J1'?"])
+
+
+def test_planes_of_head_are_for_polyhedra_and_tables_for_the_plane():
+    water = bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 1)))
+    blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="r")
+    with pytest.raises(bsm.ModelError, match="plane is for polyhedra; in the plane give table"):
+        bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=26e3)], water=water)
+    with pytest.raises(bsm.ModelError, match="water: table is for the plane; give plane"):
+        on_incline(0).replace(water=bsm.Water(table=[(0, 1)]))
+    with pytest.raises(bsm.ModelError, match="must be three numbers"):
+        bsm.HeadPlane(point=(0, 1))
