@@ -77,6 +77,12 @@ class Evidence(Portable):
         Level at x = 0, slope, and pressure by depth of every piece; a level of -inf: no water.
     load_stiffness : (n, 3, 3) float64 or None
         Derivatives of minus loads and water by the movement of each block, symmetric part; None: all are zero.
+    water_plane : (4,) float64 or None [-, -, m, N/m3]
+        Of polyhedra: a, b, level and w of the pressure w (level - a x - b y - z) below a plane of head.
+    water_face : (p,) int32 or None
+        Faces of polyhedra with a pressure of their own.
+    water_face_pressure : (p,) float64 or None [Pa]
+        That pressure.
     velocity : (n, 3) float64 or None [sqrt(m), sqrt(m), rad / sqrt(m)]
         Of blocks that are followed: its square is twice the height of a free fall to it.
     """
@@ -108,6 +114,9 @@ class Evidence(Portable):
     residual_tension: FloatArray | None = None
     closed_at: FloatArray | None = None
     dilation: FloatArray | None = None
+    water_plane: FloatArray | None = None
+    water_face: IntArray | None = None
+    water_face_pressure: FloatArray | None = None
 
     def __post_init__(self) -> None:
         show_only(self)
@@ -139,6 +148,8 @@ class Evidence(Portable):
         there = {name: values for name, values in given.items() if values is not None}
         changed: dict[str, Any] = {name: part.in_whole(there[name]) for name in by_block if name in there}
         changed |= {name: part.block[there[name]] for name in numbered if name in there}
+        if self.water_face is not None:
+            changed["water_face"] = part.corner[self.water_face]
         return replace(self, **changed)
 
 

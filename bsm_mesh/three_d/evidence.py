@@ -38,5 +38,6 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         bolt_pair=np.zeros((0, 2), np.int32),
         bolt_tangent=np.zeros((0, 6, 6)),
         velocity=motion.velocity,
+        **system.water.recorded(),
         **bar_rows(bars, system.placed(motion.position)[bars.block] + system.bar_arms(motion.position)),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.movements import cross, turned
 from bsm_mesh.three_d.blocks.moments import fan_triangles
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+
+DRY = 1e9  # m: a plane so far below is none
 
 
 class WaterOnPolyhedra:
@@ -36,7 +39,7 @@ class WaterOnPolyhedra:
         assert in_space(blocks)
         self.centroid: FloatArray = blocks.moments.centroid
         self.acts: bool = water is not None and (water.plane is not None or bool(water.joint_pressure))
-        self.up, self.level, self.unit_weight = np.array([0.0, 0.0, 1.0]), -np.inf, 0.0
+        self.up, self.level, self.unit_weight = np.array([0.0, 0.0, 1.0]), -DRY, 0.0
         if water is None or not self.acts:
             return
         self.unit_weight = water.unit_weight
@@ -44,7 +47,8 @@ class WaterOnPolyhedra:
             dip, way = np.radians([water.plane.dip, water.plane.dip_direction])
             self.up = np.array([np.tan(dip) * np.sin(way), np.tan(dip) * np.cos(way), 1.0])
             self.level = float(self.up @ water.plane.point)
-        self._set_triangles(blocks, _joint_pressures(blocks, water.joint_pressure, model.default_joint))
+        self._of_faces = _joint_pressures(blocks, water.joint_pressure, model.default_joint)
+        self._set_triangles(blocks, self._of_faces)
 
     def _set_triangles(self, blocks: Polyhedra, own: FloatArray) -> None:
         """Set the triangles of the surfaces, with the pressures of joints on faces (n_faces,)."""
@@ -58,6 +62,17 @@ class WaterOnPolyhedra:
         self.arm = points[row] - self.centroid[self.block][:, None, :]
         self.inward = np.concatenate([-outward[one], outward[other]])
         self.own = own[face[row]]
+
+    def recorded(self) -> dict[str, Any]:
+        """Return the fields of `Evidence` that tell of the water."""
+        if not self.acts:
+            return {}
+        face = np.flatnonzero(~np.isnan(self._of_faces)).astype(np.int32)
+        return {
+            "water_plane": np.array([*self.up[:2], self.level, self.unit_weight]),
+            "water_face": face,
+            "water_face_pressure": self._of_faces[face],
+        }
 
     def on_blocks(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forces and moments on all blocks (n, 6) at a position (n, 6), and forces times arms (n, 3, 3)."""

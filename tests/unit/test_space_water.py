@@ -7,6 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.certificate.certificate import certificate, certificate_arrays
+from bsm_mesh.certificate.verify_certificate import check_stage
 from bsm_mesh.geometries import three_d
 from bsm_mesh.model.water import WATER
 from bsm_mesh.three_d.water import WaterOnPolyhedra
@@ -103,6 +105,22 @@ joint_pressure = {J1 = "2 kPa"}
     assert bsm.load(case.folder / "out/model.toml") == bsm.load(case.folder / "slope.toml")
     case.write("slope.toml", text.replace("J1 =", "J2 ="))
     case.refuses("run", "slope.toml", says=["water: joint_pressure: there is no joint 'J2'; did you mean 'J1'?"])
+
+
+def test_the_certificate_follows_the_water() -> None:
+    """Rock cut at random, half in the water of an inclined plane, one joint under a pressure of its own."""
+    water = bsm.Water(plane=bsm.HeadPlane(point=(2, 2, 1.4), dip=12, dip_direction=200), joint_pressure={"J2": 5e3})
+    model = rock(water).replace(stages=[bsm.Stage(name="less", excavate=[3, 20])])
+    results = bsm.run(model, OPTIONS)
+    told = certificate(results)
+    for stage, said in zip(results.stages, told["stages"], strict=True):
+        arrays = {key: np.array(values) for key, values in certificate_arrays(results, stage).items()}
+        assert np.abs(stage.water).max() > 1e3
+        assert check_stage(told, said, arrays)[1] == []
+        for name, change in (("water_plane", (0.01, 0, 0, 0)), ("water_face_pressure", 50.0)):
+            changed = {key: np.array(values) for key, values in arrays.items()}
+            changed[name] = changed[name] + change
+            assert "the water presses on block" in "; ".join(check_stage(told, said, changed)[1])
 
 
 def test_planes_of_head_are_for_polyhedra_and_tables_for_the_plane():

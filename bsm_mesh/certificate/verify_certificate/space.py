@@ -8,6 +8,7 @@ import numpy as np
 
 from .geometry import AGREES, ROUNDING, Arrays
 from .given import GIVEN
+from .space_water import water_faults
 from .strength import own_laws, strength_faults
 
 SIDES = ((0, 1.0), (1, -1.0))  # of a face, and whether its corners run counter-clockwise seen from outside
@@ -111,7 +112,7 @@ def given_faults(a: Arrays, reference: float) -> list[str]:
         faults.append("blocks are loaded otherwise than by the loads")
     if not np.abs(scaled(a, reactions - a["reactions"])).max(initial=0.0) <= allowed:
         faults.append("reactions are not the sum of the supports' forces")
-    return faults
+    return faults + water_faults(a, reference)
 
 
 def support_faults(a: Arrays, reference: float) -> list[str]:
@@ -180,7 +181,6 @@ def forces_in_space(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> t
     allowed, off = told["tolerance"], residual - rounding
     text = f"every block is in balance to {residual.max():.1e} of the reference weight ({allowed:.0e} is allowed); "
     text += "of polyhedra neither the stability of the equilibrium nor overlap is checked here"
-    text += "; the forces of the water are taken as they are told" if a["water"].any() else ""
     if stage["ground"] == "equilibrium" and not off.max() <= allowed:
         faults.append(f"block {int(off.argmax())} is out of balance by {residual.max():.1e} of the reference weight")
     if stage["ground"] == "best state":
