@@ -102,7 +102,7 @@ def commit(contacts: ContactSet, at: Evaluation, size: float) -> tuple[PointHist
     """
     broken = (contacts.tension > 0) & ~at.closed
     idle = contacts.within_tolerance & ~at.failed & (at.gap <= contacts.offset + RULES.rounding * size) & ~broken
-    stays = at.closed | (idle & at.on_polygon & ~at.closed)
+    stays = at.closed | (idle & at.on_polygon)
     changed = int((at.failed & ~contacts.failed & stays).sum())
     c, kept = contacts.candidates, stays[:, None]
     first = np.where(np.isnan(contacts.first_place), at.place, contacts.first_place)
