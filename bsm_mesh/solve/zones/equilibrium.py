@@ -38,17 +38,17 @@ from bsm_mesh.solve.zones.tangents import Tangents
 BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
 ROUNDING = 10 * np.finfo(float).eps  # of the greatest stiffness times the greatest displacement
 MOST_ROUNDING = 1e-6  # of the greatest force: where rounding may leave more, nothing shows what is in balance
-MAX_ITERATIONS = 150
+MAX_ITERATIONS = 150  # corrections for one equilibrium before it counts as not found
 MAX_FROZEN = 4  # times that friction is frozen before the state counts as not found
-FROZEN_ITERATIONS = 25
+FROZEN_ITERATIONS = 25  # corrections with friction frozen, a convex problem
 OPEN_STIFFNESS = 1e-9  # left to open and slipping points, so that a block without contacts makes no singular matrix
 SHORTENED = (1.0, 0.5, 0.25, 0.1)  # parts of a correction that are tried
 ENOUGH = 0.1  # of a part of a correction: by how much the residual has to fall for no shorter one to be tried
 RECENT = 3  # residuals below the greatest of which it has to fall
 FARTHEST = 0.01  # of a block's size: by how much a correction may open or shear joints, as small displacements hold
 FIRST_REGULARIZATION = 1e-4  # of the joints' elastic stiffness
-MAX_REGULARIZATION = 0.1
-FROZEN_REGULARIZATION = 1e-5
+MAX_REGULARIZATION = 0.1  # of the same: with more a correction hardly moves anything
+FROZEN_REGULARIZATION = 1e-5  # of the same, where friction is frozen
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -14,7 +14,7 @@ from bsm_mesh.model.blocks import Blocks, merge_points
 from bsm_mesh.model.faces import SHORTEST_FACE
 from bsm_mesh.solve.zones.outlines import Outlines, are_quads, fans, refined_outlines
 
-MOST_REFINEMENTS = 6  # 4096 cells for each
+MOST_REFINEMENTS = 6  # halvings of every side: 4096 cells for each
 Mesher = Callable[[FloatArray, IntArray, IntArray, IntArray], tuple[FloatArray, IntArray, IntArray, IntArray, IntArray]]
 """Meshes the inside of outlines: `bsm_mesh.geometries.OutlineMesher`, or a function like it."""
 
