@@ -107,6 +107,7 @@ def run_all(folder: Path) -> None:
         model = bsm_mesh.load(ROOT / f"examples/{name}.toml")
         bsm_mesh.run(model, bsm_mesh.Options(scheme="wang"))
     with contextlib.chdir(folder):
+        command("new", "slope", "s")
         for block in python_blocks():
             with contextlib.suppress(bsm_mesh.ModelError):
                 exec(block, {})

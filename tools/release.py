@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from docs.code_blocks import python_blocks, typed
+from docs.code_blocks import TEXT, files_of, python_blocks, typed
 
 ROOT = Path(__file__).parents[1]
 SDIST = "import setuptools.build_meta as b, sys; b.build_sdist(sys.argv[1])"
@@ -91,10 +91,12 @@ def try_readme(wheel: Path, folder: Path) -> None:
     pip = (python, "-m", "pip", "--disable-pip-version-check")
     said("installed", lambda: run(*pip, "install", "-q", "-c", ROOT / "constraints.txt", wheel, folder=place))
     said("pip check", lambda: run(*pip, "check", folder=place))
+    for name, text in files_of(TEXT).items():
+        (place / name).write_text(text, encoding="utf-8")
+    said("commands", lambda: run("sh", "-ec", "\n".join(typed()), folder=place, PATH="/usr/local/bin:/usr/bin:/bin"))
     for number, block in enumerate(python_blocks(), start=1):
         (place / f"block_{number}.py").write_text(block, encoding="utf-8")
         said(f"Python block {number}", lambda n=number: run(python, f"block_{n}.py", folder=place))
-    said("commands", lambda: run("sh", "-ec", "\n".join(typed()), folder=place, PATH="/usr/local/bin:/usr/bin:/bin"))
 
 
 def said(name: str, work: object) -> None:

@@ -15,7 +15,8 @@ from verification.equations import EQUATIONS, Equation, file_of
 from verification.registry import CASES, TOPICS, Topic
 from verification.sources import KINDS, SOURCES
 
-PAGE, EQUATIONS_PAGE = "docs/verification.md", "docs/equations.md"
+PAGE, EQUATIONS_PAGE, FRONT = "docs/verification.md", "docs/equations.md", "README.md"
+INDEPENDENT = ("thesis", "book", "program")  # kinds of sources outside this project
 ERRORS = 0.35  # relative: an error near rounding, or of a search that stops within a tolerance, is no number to keep
 
 
@@ -60,12 +61,27 @@ def summary() -> str:
                        and SOURCES[case.source].kind == kind), default=0.0) for kind in KINDS}  # fmt: skip
     rows = [(words, str(kinds[kind]), f"{100 * used[kind]:.0f} %") for kind, words in KINDS.items()]
     slow = len(CASES) - len(quick)
-    elsewhere = sum(kinds[kind] for kind in ("thesis", "book", "program"))
+    elsewhere = sum(kinds[kind] for kind in INDEPENDENT)
     told = (
         f"{len(quick)} quick cases from {len(SOURCES)} sources, and {slow} that take longer. Of the quick ones "
         f"{elsewhere} have their answer from the thesis, from books, or from other programs."
     )
     return f"{told}\n\n{markdown(('the answer is from', 'quick cases', 'largest error over what is allowed'), rows)}"
+
+
+def front() -> str:
+    """Return the three numbers of the README: cases, cases with an independent answer, largest error over allowance."""
+    quick = [case for case in CASES.values() if not case.is_slow]
+    independent = [case for case in quick if SOURCES[case.source].kind in INDEPENDENT]
+    used = max(case.error / case.tolerance for case in independent if case.tolerance)
+    return "\n".join(
+        (
+            f"- **{len(CASES)}** verification cases from {len(SOURCES)} sources.",
+            f"- **{len(independent)}** of the {len(quick)} quick cases compare with the thesis, a book, a paper or "
+            "another program.",
+            f"- **{100 * used:.0f} %** is the largest error of these, as a part of the tolerance that its case states.",
+        )
+    )
 
 
 def sources() -> str:
@@ -89,6 +105,7 @@ def equations(chapter: str) -> str:
 
 
 TABLES: tuple[Table, ...] = (
+    Table(name="verification-front", page=FRONT, make=front, tolerance=ERRORS),
     Table(name="verification-summary", page=PAGE, make=summary, tolerance=ERRORS),
     *(Table(name=f"verification-{topic.name}", page=PAGE, make=partial(topic_table, topic, slow=False), tolerance=0.02)
       for topic in TOPICS),

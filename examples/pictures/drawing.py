@@ -29,9 +29,9 @@ class Drawn:
     target : str
         The file, relative to the checkout.
     models : tuple of str
-        Model files, relative to the checkout, ``demo/NAME`` of the starter cavern, ``tutorial/NAME`` of the files
-        of docs/tutorial.md, ``cassiar/NAME`` of the slope under other water, or ``module:function`` that returns
-        results; a panel each.
+        A panel each: a model file relative to the checkout, ``demo/NAME`` of the starter cavern, ``starter/CASE/NAME``
+        of another starter, ``tutorial/NAME`` of the files of docs/tutorial.md, ``cassiar/NAME`` of the slope under
+        other water, or ``module:function`` that returns results.
     name : str
         The picture, as `bsm-mesh plot --only` knows it; ``movement.gif``, or ``step N``.
     stages : tuple of str
@@ -91,6 +91,8 @@ def _results(model: str, folder: Path) -> Path:
     path = ROOT / model
     if model.startswith("demo/"):
         path = _demo(folder) / model.removeprefix("demo/")
+    if model.startswith("starter/"):
+        path = _starter(model.split("/")[1], folder) / model.split("/", 2)[2]
     if model.startswith("tutorial/"):
         path = _tutorial(folder) / model.removeprefix("tutorial/")
     if model.startswith("cassiar/"):
@@ -103,11 +105,19 @@ def _results(model: str, folder: Path) -> Path:
 def _demo(folder: Path) -> Path:
     """Return the folder with both models of the demo."""
     from bsm_mesh.commands.demo import MODEL, UNBOLTED, without_bolts
+
+    case = _starter("cavern", folder)
+    (case / UNBOLTED).write_text(without_bolts((case / MODEL).read_text(encoding="utf-8")), encoding="utf-8")
+    return case
+
+
+@cache
+def _starter(name: str, folder: Path) -> Path:
+    """Return the folder of a starter that `bsm-mesh new` writes."""
     from bsm_mesh.commands.starters import write_starter
 
-    case = folder / "demo"
-    write_starter("cavern", case)
-    (case / UNBOLTED).write_text(without_bolts((case / MODEL).read_text(encoding="utf-8")), encoding="utf-8")
+    case = folder / f"starter_{name}"
+    write_starter(name, case)
     return case
 
 

@@ -22,7 +22,9 @@ def test_every_picture_of_the_pages_was_judged() -> None:
     assert shown - {picture.target for picture in PICTURES} == set()
     for picture in PICTURES:
         assert (ROOT / picture.target).is_file()
-        made = [model for model in picture.models if model.startswith(("demo/", "tutorial/")) or ":" in model]
+        made = [
+            model for model in picture.models if model.startswith(("demo/", "starter/", "tutorial/")) or ":" in model
+        ]
         assert all((ROOT / model).is_file() for model in set(picture.models) - set(made))
         assert picture.elsewhere or picture.script or picture.models
 
