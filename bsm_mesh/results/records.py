@@ -330,6 +330,27 @@ class StageResult(Portable):
             **known,
         )
 
+    @classmethod
+    def of_submodel(cls, displacement: FloatArray, joints: int, **known: Any) -> StageResult:
+        """Return the end of a stage in the numbers of its submodel: all blocks are present, and it has no name yet.
+
+        `known` are the other fields by their names. Of the water, omitted fields are those of a dry model.
+        """
+        still = np.zeros_like(displacement)
+        dry = {
+            "water": still,
+            "water_table": np.zeros((0, 2, 2)),
+            "water_gradient": np.zeros(0),
+            "joint_water": np.full(joints, np.nan),
+        }
+        return cls(
+            name="",
+            present=np.ones(len(displacement), dtype=bool),
+            displacement=displacement,
+            origin=still,
+            **{**dry, **known},
+        )
+
     @property
     def seconds(self) -> float:
         """Wall time of the stage [s]."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.records import ContactStatus, StageResult, SupportForces
+from bsm_mesh.results.records import SupportForces
+from bsm_mesh.solve.continuation.record import contact_columns, motion_outcome
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
 from bsm_mesh.three_d.contacts.properties import SLOTS
@@ -21,43 +21,30 @@ def outcome_of(
     system: BlockSystem, motion: Motion, origin: FloatArray, bars_before: FloatArray, bolts: BoltForces
 ) -> Outcome:
     """Return the record of a stage's end; displacements count from `origin` (n, 6)."""
-    position, count = motion.position, len(motion.position)
     reactions = motion.constraints.reactions(motion.loads + motion.at.forces)
     size = _bar_forces(system, motion, reactions, bars_before)
     kept = np.flatnonzero(motion.at.closed | motion.contacts.within_tolerance)
     contacts = point_forces(system, motion, kept)
-    supports = _support_forces(system, position, size)
+    supports = _support_forces(system, motion.position, size)
     effective = _stress(system, motion, contacts, supports)
-    water, dyad = system.water.on_blocks(position)
+    water, dyad = system.water.on_blocks(motion.position)
     of_water = (dyad + dyad.transpose(0, 2, 1)) / (2 * system.model.blocks.moments.bulk[:, None, None])
-    stage = StageResult(
-        name="",
-        status=motion.status,
-        reason=motion.reason,
-        present=np.ones(count, dtype=bool),
-        displacement=position,
-        stage_displacement=position - origin,
-        origin=np.zeros((count, 6)),
+    return motion_outcome(
+        motion,
+        origin,
+        size,
+        len(system.model.joints),
         stress=effective + of_water,
         stress_effective=effective,
-        loads=motion.loads,
         reactions=reactions,
         water=water,
-        water_table=np.zeros((0, 2, 2)),
-        water_gradient=np.zeros(0),
         joint_water=_joint_water(system),
         contacts=contacts,
         supports=supports,
         bolts=bolts,
-        unstable_blocks=motion.unstable_blocks,
-        start_residual=motion.start_residual,
-        residual=motion.residual,
-        reference_weight=motion.reference,
-        steps=motion.steps,
         notes=_notes(motion, kept),
         evidence=evidence_of(system, motion, kept),
     )
-    return Outcome(stage, size, motion.down, motion.small)
 
 
 def _joint_water(system: BlockSystem) -> FloatArray:
@@ -71,26 +58,14 @@ def point_forces(system: BlockSystem, motion: Motion, kept: IntArray) -> PointFo
     table, at, c = motion.contacts, motion.at, motion.contacts.candidates
     _, _, arm_a, _ = table.frames(motion.position)
     turn = motion.position[c.block_b[kept], 3:]
-    status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
-    status = np.where(at.closed, status, ContactStatus.OPEN)
-    size = at.size
-    with np.errstate(divide="ignore", invalid="ignore"):
-        used = np.where(at.bears & (size > 0), size / at.strength, 0.0)  # without strength: infinite
     slip = np.linalg.norm(table.along(at.place - table.first_place), axis=1)
     return PointForces3D(
-        block_a=c.block_a[kept],
-        block_b=c.block_b[kept],
+        **contact_columns(motion, kept, at.size),
         point=system.placed(motion.position)[c.block_a[kept]] + arm_a[kept],
         normal=turned(table.geometry[kept, 6:], turn),
-        length=c.length[kept],
-        normal_force=-at.pressure[kept],
-        shear_force=size[kept],
+        shear_force=at.size[kept],
         shear=turned(-at.shear[kept], turn),
-        opening=at.gap[kept],
         slip=np.nan_to_num(slip)[kept],
-        status=status[kept].astype(np.int8),
-        utilisation=np.minimum(used, MAX_UTILISATION)[kept],
-        joint=table.joint[kept],
         water_pressure=np.zeros(len(kept)),
         face=(table.key[kept] // SLOTS).astype(np.int32),
     )

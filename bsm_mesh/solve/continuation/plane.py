@@ -8,17 +8,17 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.history import History
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
-from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult
+from bsm_mesh.results.records import ContactForces
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.continuation.evidence import evidence_of
+from bsm_mesh.solve.continuation.record import contact_columns, motion_outcome
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.new_faces import concatenate
@@ -95,58 +95,34 @@ def _outcome(
         ),
         system.water.point_forces(corners),
     )
-    displacement = motion.position - origin
-    stage = StageResult(
-        name="",
-        status=motion.status,
-        reason=motion.reason,
-        present=np.ones(model.blocks.count, dtype=bool),
-        displacement=motion.position,
-        stage_displacement=displacement,
-        origin=np.zeros_like(displacement),
+    return motion_outcome(
+        motion,
+        origin,
+        size,
+        len(model.joints),
         stress=stress,
         stress_effective=effective,
-        loads=motion.loads,
         reactions=reactions,
         water=system.water_at(motion.position),
         **system.water.recorded(),
         contacts=contacts,
         supports=supports,
         bolts=bolts,
-        unstable_blocks=motion.unstable_blocks,
-        start_residual=motion.start_residual,
-        residual=motion.residual,
-        reference_weight=motion.reference,
-        steps=motion.steps,
         evidence=evidence_of(system, motion, kept),
     )
-    return Outcome(stage, size, motion.down, motion.small)
 
 
 def _contact_forces(motion: Motion, kept: IntArray, placed: FloatArray, water: WaterLoad) -> ContactForces:
     """Return the forces of the contacts `kept` (k,) at the end, of placed blocks (n, 3)."""
     table, at = motion.contacts, motion.at
-    c = table.candidates
     tangent, arm_a = (vectors[kept] for vectors in table.frames(at.position)[:2])
-    status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
-    status = np.where(at.closed, status, ContactStatus.OPEN)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        used = np.where(at.bears & (at.shear != 0), np.abs(at.shear) / at.strength, 0.0)  # without strength: infinite
-    point = placed[c.block_a[kept], :2] + arm_a
-    joint = table.joint[kept]
+    point = placed[table.candidates.block_a[kept], :2] + arm_a
     slip = np.where(np.isnan(table.first_tangential), 0.0, at.tangential - table.first_tangential)
     return ContactForces(
-        block_a=c.block_a[kept],
-        block_b=c.block_b[kept],
+        **contact_columns(motion, kept, np.abs(at.shear)),
         point=point,
         normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
-        length=c.length[kept],
-        normal_force=-at.pressure[kept],
         shear_force=at.shear[kept],
-        opening=at.gap[kept],
         slip=slip[kept],
-        status=status[kept].astype(np.int8),
-        utilisation=np.minimum(used, MAX_UTILISATION)[kept],
-        joint=joint,
-        water_pressure=water.pressure(point, joint),
+        water_pressure=water.pressure(point, table.joint[kept]),
     )

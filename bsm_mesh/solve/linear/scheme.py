@@ -257,14 +257,12 @@ def _outcome(
         water.point_forces(blocks.vertices),
     )
     U = solution.displacement
-    stage = StageResult(
-        name="",
+    stage = StageResult.of_submodel(
+        U,
+        len(model.joints),
         status=status,
         reason=reason,
-        present=np.ones(blocks.count, dtype=bool),
-        displacement=U,
         stage_displacement=U,
-        origin=np.zeros_like(U),
         stress=stress,
         stress_effective=effective,
         loads=system.loads,
