@@ -3,6 +3,7 @@
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.flow import Drain, Flow, FlowChange, Grout, Well
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
@@ -21,6 +22,7 @@ __all__ = [
     "Blocks",
     "Bolt",
     "Drain",
+    "EarthPressure",
     "EdgeTractions",
     "Filling",
     "Fixed",

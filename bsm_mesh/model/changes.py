@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.loads import (
     EdgeTractions,
     InSituTraction,
@@ -128,6 +129,8 @@ def _multiplied(load: Load, factor: float) -> Load:
         return replace(load, pressure=_times(load.pressure, factor))
     if isinstance(load, Traction):
         return replace(load, traction=(_times(load.traction[0], factor), _times(load.traction[1], factor)))
+    if isinstance(load, EarthPressure):
+        return replace(load, factor=factor * load.factor)
     if isinstance(load, EdgeTractions):
         return replace(load, values=factor * np.asarray(load.values))
     if isinstance(load, PointForces):

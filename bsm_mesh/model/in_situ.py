@@ -13,10 +13,9 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
 from bsm_mesh.model.loads import LinearField, linear_field
 from bsm_mesh.model.quantities import COORDINATE, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
-from bsm_mesh.model.values import Rules, parts_of, plain_numbers
+from bsm_mesh.model.values import Points, Rules, line, plain_numbers
 
 InSituMethod = Literal["direct", "gravity"]
-Points: TypeAlias = tuple[tuple[float, float], ...]
 StressRatio: TypeAlias = tuple[float, float, float]
 """Coefficients (a [m], b, c [1/m]) of K = a / h + b + c h at the depth h."""
 
@@ -113,27 +112,6 @@ class InSitu:
             return level
         assert self.surface is not None
         return np.full(len(x), float(self.surface))
-
-
-def line(value: Any, name: str, rules: Rules) -> Points:
-    """Return the points of a line that runs from left to right; note what is wrong with it."""
-    points = parts_of(value)
-    if not points:
-        rules.faults.append(
-            f"{rules.thing}: {name} = {as_given(value)} must be points [[x, y], ...] from left to right [m]"
-        )
-        return ((0.0, 0.0),)
-    before = len(rules.faults)
-    found = tuple(rules.point(f"{name} point {k + 1}", point) for k, point in enumerate(points))
-    if len(rules.faults) == before:
-        for k in range(1, len(found)):
-            if found[k][0] <= found[k - 1][0]:
-                rules.faults.append(
-                    f"{rules.thing}: {name} goes from x = {found[k - 1][0]:g} m to x = {found[k][0]:g} m at point "
-                    f"{k + 1}; points go from left to right; for a step give two points a little apart"
-                )
-                break
-    return found
 
 
 def _stress_ratio(value: object, rules: Rules) -> StressRatio:

@@ -13,6 +13,7 @@ from bsm_mesh import space
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, as_given, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.quantities import BLOCK, FORCE, STRESS, STRESS_GRADIENT
 from bsm_mesh.model.values import Rules, parts_of, plain_numbers
@@ -177,9 +178,9 @@ class PointForces:
     force: FloatArray
 
 
-BoundaryLoad: TypeAlias = Pressure | Traction | EdgeTractions
+BoundaryLoad: TypeAlias = Pressure | Traction | EarthPressure | EdgeTractions
 ActingLoad: TypeAlias = PointLoad | BoundaryLoad | PointForces
-GIVEN_LOADS = (PointLoad, Pressure, Traction, EdgeTractions, InSituTraction)
+GIVEN_LOADS = (PointLoad, Pressure, Traction, EarthPressure, EdgeTractions, InSituTraction)
 Load: TypeAlias = ActingLoad | InSituTraction
 """What acts on blocks: loads as they are given, or point forces that were worked out before."""
 
@@ -253,6 +254,8 @@ def edge_tractions(load: BoundaryLoad, blocks: Blocks) -> tuple[IntArray, FloatA
                 f"load on '{load.boundary}': values for {len(load.values)} edges; the boundary has {len(ends)}"
             )
         return edges, ends, load.values
+    if isinstance(load, EarthPressure):
+        return edges, ends, load.tractions(ends)
     if isinstance(load, Traction):
         return edges, ends, np.stack([_evaluate(field, ends) for field in load.traction], axis=2)
     inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]

@@ -63,7 +63,7 @@ class Model:
     supports : tuple of support
         `Fixed`, `Roller`, `NormalRoller`, `PrescribedDisplacement`.
     loads : tuple of load
-        `PointLoad`, `Pressure`, `Traction`, `EdgeTractions`, `InSituTraction`.
+        `PointLoad`, `Pressure`, `Traction`, `EarthPressure`, `EdgeTractions`, `InSituTraction`.
     bolts : tuple of Bolt
         Rockbolts.
     gravity_direction : float [degrees]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import fields
 from numbers import Integral, Real
-from typing import Any, SupportsFloat
+from typing import Any, SupportsFloat, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from bsm_mesh.arrays import ReadOnlyMapping, read_only
 from bsm_mesh.errors import as_given, nearest, one_line
 from bsm_mesh.model.quantities import COORDINATE, quantities_of
 from bsm_mesh.model.quantity import Quantity
+
+Points: TypeAlias = tuple[tuple[float, float], ...]
 
 STRANGE = (
     "holds a line break or a control character, as no name may; rename it (a group of a mesh is renamed by [groups])"
@@ -197,6 +199,27 @@ class Rules:
             self.faults.append(f"{self.thing}: the name must be a non-empty text")
         elif not is_plain(value):
             self.faults.append(f"{self.thing}: the name {STRANGE}")
+
+
+def line(value: Any, name: str, rules: Rules) -> Points:
+    """Return the points of a line that runs from left to right; note what is wrong with it."""
+    points = parts_of(value)
+    if not points:
+        rules.faults.append(
+            f"{rules.thing}: {name} = {as_given(value)} must be points [[x, y], ...] from left to right [m]"
+        )
+        return ((0.0, 0.0),)
+    before = len(rules.faults)
+    found = tuple(rules.point(f"{name} point {k + 1}", point) for k, point in enumerate(points))
+    if len(rules.faults) == before:
+        for k in range(1, len(found)):
+            if found[k][0] <= found[k - 1][0]:
+                rules.faults.append(
+                    f"{rules.thing}: {name} goes from x = {found[k - 1][0]:g} m to x = {found[k][0]:g} m at point "
+                    f"{k + 1}; points go from left to right; for a step give two points a little apart"
+                )
+                break
+    return found
 
 
 def _named(kinds: tuple[type, ...]) -> str:

@@ -10,9 +10,8 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, ReadOnlyMapping
 from bsm_mesh.errors import as_given, raise_faults
-from bsm_mesh.model.in_situ import Points, line
 from bsm_mesh.model.quantities import COORDINATE, DIRECTION, HEAD_DIP, PRESSURE, WATER_WEIGHT
-from bsm_mesh.model.values import Rules, is_number, parts_of
+from bsm_mesh.model.values import Points, Rules, is_number, line, parts_of
 
 Head = Literal["vertical", "parallel"]
 WATER = 9810.0  # N/m3

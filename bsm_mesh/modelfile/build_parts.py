@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from bsm_mesh.errors import ModelError, placed, raise_faults
 from bsm_mesh.model.beside import unknown_stages
+from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
@@ -154,11 +155,13 @@ def make_load(table: LoadTable, place: str) -> Load:
         return InSituTraction(boundary=given["boundary"])
     if set(given) == {"boundary", "traction"}:
         return Traction(**given)
+    if set(given) == {"boundary", "earth_pressure"} and table.earth_pressure is not None:
+        return EarthPressure(boundary=given["boundary"], **given["earth_pressure"])
     if set(given) == {"block", "point", "force"}:
         return PointLoad(**given)
     raise ModelError(
-        f"{place}: give boundary with pressure, traction or in_situ = true, or block with point and force; "
-        f"given: {', '.join(sorted(given)) or 'nothing'}"
+        f"{place}: give boundary with pressure, traction, earth_pressure or in_situ = true, or block with point and "
+        f"force; given: {', '.join(sorted(given)) or 'nothing'}"
     )
 
 

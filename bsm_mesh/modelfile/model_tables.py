@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from bsm_mesh.model import quantities as q
+from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSitu
@@ -46,13 +47,21 @@ class SupportTable(Table):
     displacement: Annotated[float, q.DISPLACEMENT] | None = None
 
 
+@keys_of(EarthPressure, without=("boundary",))
+class EarthPressureTable(Table):
+    """Pressure of soil or backfill."""
+
+    surface: Level = Field(description="level of the ground, or two points of its straight line")
+
+
 class LoadTable(Table):
-    """A load: on a boundary (pressure, traction or the in-situ stress), or a force on a block at a point."""
+    """A load: on a boundary (one of pressure, traction, earth_pressure, in_situ), or a force on a block at a point."""
 
     boundary: str | None = None
     in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
     pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
     traction: LinearStressPair | None = None
+    earth_pressure: EarthPressureTable | None = Field(default=None, description="of soil or backfill on the boundary")
     block: Annotated[int, q.BLOCK] | None = None
     point: Point | None = None
     force: Force | None = None

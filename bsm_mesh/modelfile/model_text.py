@@ -14,6 +14,7 @@ from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS
@@ -194,6 +195,8 @@ def _load(load: Any) -> Content:
         return {"boundary": load.boundary, "pressure": _linear(load.pressure)}
     if type(load) is Traction:
         return {"boundary": load.boundary, "traction": [_linear(part) for part in load.traction]}
+    if type(load) is EarthPressure:
+        return {"boundary": load.boundary, "earth_pressure": _fields(load, "boundary")}
     if type(load) is InSituTraction:
         return {"boundary": load.boundary, "in_situ": True}
     if type(load) is PointLoad:

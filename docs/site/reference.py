@@ -15,7 +15,7 @@ PAGES: dict[str, tuple[str, str]] = {
     "model": (
         "Model",
         """Model Blocks Rock Joint Filling Fixed Roller NormalRoller PrescribedDisplacement PointLoad Pressure Traction
-        EdgeTractions InSituTraction InSitu Water Bolt Stage History""",
+        EarthPressure EdgeTractions InSituTraction InSitu Water Bolt Stage History""",
     ),
     "laws": ("Joint laws", "Patton MohrCoulomb JointResponse bsm_mesh.model.joint_laws.JointLaw"),
     "results": (

@@ -114,6 +114,43 @@ INCLINES = (("model", 10.0, 40.1, 40.0), ("slides", 5.0, 20.0, 40.0), ("topples"
             ("tall_slides", 25.0, 20.0, 40.0))  # fmt: skip
 
 
+def retaining_wall() -> str:
+    """Return the table of the wall: forces on its base by statics and by the run, and the verdict."""
+    lines = []
+    for file, q in (("model", 10e3), ("heavy", 50e3)):
+        results = run(f"retaining_wall/{file}")
+        for stage, surcharge in zip(results.stages, (0.0, q), strict=True):
+            down, along, arm = _on_base(surcharge)
+            told = [f"{down / 1e3:.1f} kN", f"{along / 1e3:.1f} kN", f"{arm:.2f} m", stage.status.value]
+            if stage.status.is_stable:
+                contacts = stage.contacts
+                base = np.minimum(contacts.block_a, contacts.block_b) == 0
+                told[0] += f", {-contacts.normal_force[base].sum() / 1e3:.1f} kN"
+                told[1] += f", {abs(contacts.shear_force[base].sum()) / 1e3:.1f} kN"
+            lines.append((f"{file}.toml", stage.name, *told))
+    head = ("file", "stage", "N by statics, run", "T by statics, run", "N acts from the toe at", "verdict")
+    return markdown(head, lines)
+
+
+def _on_base(surcharge: float) -> tuple[float, float, float]:
+    """Return normal force, shear force and distance of the normal force from the toe, per metre, by Coulomb."""
+    phi, delta, batter, slope = np.radians([34.0, 20.0, math.degrees(math.atan(0.2)), math.degrees(math.atan(0.15))])
+    height, gamma = 5.0, 19e3
+    root = math.sqrt(
+        math.sin(phi + delta) * math.sin(phi - slope) / math.cos(batter + delta) / math.cos(batter - slope)
+    )
+    K = math.cos(phi - batter) ** 2 / math.cos(batter) ** 2 / math.cos(batter + delta) / (1 + root) ** 2
+    soil = K * gamma * height**2 / 2
+    above = K * surcharge * height * math.cos(batter) / math.cos(batter - slope)
+    across, down = math.cos(batter + delta), math.sin(batter + delta)
+    weights = np.array([24e3 * height, 24e3 * height / 2])  # the rectangle, and the triangle of the back
+    N = weights.sum() + (soil + above) * down
+    turning = weights @ (0.5, 4 / 3)
+    for thrust, y in ((soil, height / 3), (above, height / 2)):
+        turning += thrust * (down * (2 - y / height) - across * y)
+    return N, (soil + above) * across, turning / N
+
+
 def staged_tunnel() -> str:
     """Return the table of the tunnel in stages."""
     lines = []
@@ -244,6 +281,7 @@ TABLES: tuple[Table, ...] = (
     Table(name="arch", page="examples/arch/README.md", make=arch),
     Table(name="falling-table", page="examples/falling_table/README.md", make=falling_table),
     Table(name="incline", page="examples/incline/README.md", make=incline, tolerance=0.1),
+    Table(name="retaining-wall", page="examples/retaining_wall/README.md", make=retaining_wall),
     Table(name="staged-tunnel", page="examples/staged_tunnel/README.md", make=staged_tunnel),
     Table(name="tilted-wall", page="examples/tilted_wall/README.md", make=tilted_wall),
     Table(name="toppling-column", page="examples/toppling_column/README.md", make=toppling_column, tolerance=0.1),

@@ -251,6 +251,13 @@ PICTURES = (
         mended=NEW_LOOK,
     ),
     Drawn(
+        target=f"{EX}/retaining_wall/final_position.png",
+        models=(f"{EX}/retaining_wall/heavy.toml",),
+        name=FINAL,
+        shows="The wall that a heavy surcharge pushes over",
+        mended="new",
+    ),
+    Drawn(
         target=f"{EX}/rough_joint/joint_shear.png",
         elsewhere="bsm-mesh joint-test",
         shows="Direct shear of the joint under three normal stresses",

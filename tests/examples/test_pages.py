@@ -35,6 +35,7 @@ SLOPE = ["bsm-mesh new slope ."]
 RUN = [*SLOPE, "bsm-mesh run model.toml"]
 SURVEY = """python -c "open('survey.csv', 'w').write('history,v [mm]\\ncrest,-3\\n')" """
 PAGES = {  # pages that are followed, and what their reader has done before
+    "docs/earth_pressure.md": [],
     "docs/earthquakes.md": [],
     "docs/how_to.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
