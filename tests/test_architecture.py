@@ -309,7 +309,7 @@ def test_the_walk_finds_a_circle_of_modules(tmp_path):
         TopologicalSorter(arrows_between_modules(tmp_path)).prepare()
 
 
-FOR_STUDIES = ("model", "arrays", "errors", "files", "processes", "studies", "version")
+FOR_STUDIES = ("model", "arrays", "errors", "files", "studies", "version", "worker_pool")
 
 
 def test_studies_know_neither_solver_nor_command_line():

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.safety.criterion import Ended
+from bsm_mesh.worker_pool import WorkerPool
 
-RunAll: TypeAlias = "Callable[[Sequence[tuple[float, float | None]]], list[Ended]]"
+Task: TypeAlias = "tuple[float, float | None]"
+RunAll: TypeAlias = "Callable[[Sequence[Task]], list[Ended]]"
 
 
 class Trials(Protocol):
@@ -22,15 +22,17 @@ class Trials(Protocol):
         """Return how the model ends; a block that has moved farther than `limit` [m] has failed."""
 
 
-_HELD: list[Trials] = []  # of a process that runs trials
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    """The work of a process: an error of the model is an answer, which is raised where it is waited for."""
 
+    trials: Trials
 
-def _hold(trials: Trials) -> None:
-    _HELD[:] = [trials]
-
-
-def _run_held(task: tuple[float, float | None]) -> Ended:
-    return _HELD[0].run(*task)
+    def __call__(self, number: int, task: Task) -> Ended | Exception:
+        try:
+            return self.trials.run(*task)
+        except Exception as error:
+            return error
 
 
 @contextmanager
@@ -39,15 +41,16 @@ def pool_of(trials: Trials, processes: int) -> Iterator[RunAll]:
     if processes == 1:
         yield lambda tasks: [trials.run(*task) for task in tasks]
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context, initializer=_hold, initargs=(trials,)) as pool:
+    with WorkerPool(_Trial(trials), processes, script=True) as pool:
 
-        def run_all(tasks: Sequence[tuple[float, float | None]]) -> list[Ended]:
-            try:
-                return list(pool.map(_run_held, tasks))
-            except BrokenProcessPool as error:
-                raise ModelError(
-                    "safety: a process that ran a trial has died (out of memory?); try --processes 1"
-                ) from error
+        def run_all(tasks: Sequence[Task]) -> list[Ended]:
+            found: dict[int, Ended] = {}
+            for each in pool.run(dict(enumerate(tasks))):
+                if each.error:
+                    raise ModelError(f"safety: a trial was given up: {each.error} (out of memory?); try --processes 1")
+                if isinstance(each.answers, Exception):
+                    raise each.answers
+                found[each.run] = each.answers
+            return [found[number] for number in range(len(tasks))]
 
         yield run_all

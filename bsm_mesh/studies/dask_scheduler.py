@@ -9,7 +9,8 @@ from uuid import uuid4
 
 from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.studies.sampling import Value
-from bsm_mesh.studies.scheduler import ATTEMPTS, Finished, Work, perform
+from bsm_mesh.studies.scheduler import Work, perform
+from bsm_mesh.worker_pool import ATTEMPTS, Finished
 
 WAITING = "20 s"  # for the scheduler's answer
 

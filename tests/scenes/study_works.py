@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bsm_mesh.errors import ModelError
+
 
 @dataclass(frozen=True)
 class Doubling:
@@ -49,3 +51,19 @@ class NotSent:
 
     def __reduce__(self) -> Any:
         return os.kill, (0, 0, 0)  # too many arguments
+
+
+@dataclass(frozen=True)
+class Dying:
+    """Trials of which one kills its process, once or always, and one has an error of the model."""
+
+    folder: Path
+    always: bool
+
+    def run(self, value: float, limit: float | None) -> float:
+        if value == 2 and (self.always or not any(self.folder.iterdir())):
+            (self.folder / "begun").touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if value == 3:
+            raise ModelError("of the model")
+        return value

@@ -15,11 +15,13 @@ from bsm_mesh.safety.bracket import Bracket, Range, Verdict
 from bsm_mesh.safety.criterion import Ended, Failure
 from bsm_mesh.safety.driver import Search
 from bsm_mesh.safety.factor import beside, factor_of_safety
+from bsm_mesh.safety.pool import pool_of
 from bsm_mesh.safety.trials import Reduction, strength_trials
 from bsm_mesh.solve.limit import strength_factor
 from bsm_mesh.solve.stages.as_built import counted_blocks
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
+from tests.scenes.study_works import Dying
 
 DIP, FRICTION = 30.0, 40.0
 EXACT = np.tan(np.radians(FRICTION)) / np.tan(np.radians(DIP))
@@ -142,6 +144,19 @@ def test_factor_of_an_incline_with_all_that_is_told():
 def test_several_processes_find_the_same_limit():
     found = factor_of_safety(incline(), processes=2)
     assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
+
+
+@pytest.mark.robust
+def test_a_trial_whose_process_dies_is_run_again(tmp_path):
+    with pool_of(Dying(tmp_path, always=False), 2) as run_all:
+        assert run_all([(1.0, None), (2.0, None), (0.5, None)]) == [1.0, 2.0, 0.5]
+        with pytest.raises(bsm.ModelError, match="of the model"):
+            run_all([(3.0, None)])
+    with (
+        pool_of(Dying(tmp_path, always=True), 2) as run_all,
+        pytest.raises(bsm.ModelError, match=r"given up: its process died 3 times \(signal 9\)"),
+    ):
+        run_all([(2.0, None)])
 
 
 def test_a_model_that_fails_as_it_is():
