@@ -132,23 +132,24 @@ def numbers_of(table: type[Table], name: str = "") -> Iterator[tuple[str, str, Q
     """
     for key, field in table.model_fields.items():
         annotation = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
-        if (quantity := _quantity_within(annotation)) is not None:
+        if (quantity := quantity_within(annotation)) is not None:
             yield name, key, quantity
-        elif (inner := _table_within(annotation)) is not None:
+        elif (inner := table_within(annotation)) is not None:
             yield from numbers_of(inner, key)
 
 
-def _quantity_within(annotation: Any) -> Quantity | None:
-    """Return what a type, or every entry of it, is a number of."""
+def quantity_within(annotation: Any) -> Quantity | None:
+    """Return the quantity of a type that is a number, or whose entries are numbers."""
     each = next(_said_of(annotation, (Each,)), None)
     found = each.quantity if each is not None else quantity_in(annotation)
     bare = _bare(annotation)
     if found is None and get_origin(bare) in (list, dict):
-        return _quantity_within(get_args(bare)[-1])
+        return quantity_within(get_args(bare)[-1])
     return found
 
 
-def _table_within(annotation: Any) -> type[Table] | None:
+def table_within(annotation: Any) -> type[Table] | None:
+    """Return the table that a key holds, once, in a list or under names of the user's."""
     bare = _bare(annotation)
     if get_origin(bare) in (list, dict):
         bare = _bare(get_args(bare)[-1])

@@ -1,39 +1,124 @@
-"""The user guide's table of ranges: every number of a model file, of the schema itself."""
+"""The reference of the model file, from its schema: every key with its form, default, unit, range and description."""
 
 from __future__ import annotations
 
-from bsm_mesh.model import quantities as q
-from bsm_mesh.model.quantity import Quantity
-from bsm_mesh.modelfile.keys import numbers_of
+from collections.abc import Iterator
+from functools import partial
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from bsm_mesh.modelfile.keys import quantity_within, table_within
+from bsm_mesh.modelfile.mesh_tables import Table as FileTable
 from bsm_mesh.modelfile.model_tables import ModelFile
 from examples.numbers.pages import Table, markdown
 
-PARTS_OF_KEYS = (  # numbers within keys that hold several of different kinds
-    ("slopes a_x, a_y of a stress", q.STRESS_GRADIENT),
-    ("in_situ `k0`, its b", q.STRESS_RATIO),
-    ("in_situ `surface`; water `table`", q.COORDINATE),
-    ("mesh `unit`", q.UNIT_OF_LENGTH),
+PAGES = {  # page: tables of the model file
+    "ground": ("", "mesh", "rock", "joint"),
+    "loads": ("boundary", "support", "load", "gravity", "in_situ", "water", "flow"),
+    "bolts": ("bolt",),
+    "stages": ("stage",),
+    "run": ("history", "solver", "falls", "output", "report"),
+}
+HEADER = ("key", "default", "range and unit", "usual", "meaning")
+
+
+def make_keys(names: tuple[str, ...]) -> str:
+    """Return the tables of a page, a heading each."""
+    parts = []
+    for name in names:
+        if name == "":
+            plain = {key: field for key, field in ModelFile.model_fields.items() if table_within(typed(field)) is None}
+            parts.append(f"## Top level\n\n{markdown(HEADER, rows_of(plain))}")
+            continue
+        table = table_within(typed(ModelFile.model_fields[name]))
+        assert table is not None
+        for path, inner in tables_within(name, table):
+            parts.append(f"## {title(path)}\n\n{markdown(HEADER, rows_of(inner.model_fields))}")
+    return "\n\n".join(parts)
+
+
+def tables_within(path: str, table: type[FileTable]) -> Iterator[tuple[str, type[FileTable]]]:
+    """Yield a table and the tables in it that stand nowhere else, each with the way to it."""
+    yield path, table
+    top = {table_within(typed(field)) for field in ModelFile.model_fields.values()}
+    for key, field in table.model_fields.items():
+        inner = table_within(typed(field))
+        if inner is not None and inner not in top:
+            yield from tables_within(f"{path}.{key}", inner)
+
+
+def title(path: str) -> str:
+    """Return a table as it is written in a model file."""
+    first, _, rest = path.partition(".")
+    kind = get_origin(ModelFile.model_fields[first].annotation)
+    name = f"{first}.NAME" if kind is dict else first
+    return f"`[[{name}]]`" if kind is list and not rest else f"`[{name}{'.' + rest if rest else ''}]`"
+
+
+def typed(field: FieldInfo) -> Any:
+    """Return the type of a key with its annotations."""
+    return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+
+
+def rows_of(fields: dict[str, FieldInfo]) -> list[tuple[str, ...]]:
+    """Return a row for each key."""
+    rows = []
+    for key, field in fields.items():
+        quantity = quantity_within(typed(field))
+        meaning = (field.description or "").removesuffix(f" [{quantity.unit}]" if quantity else "")
+        usual = quantity.usual_span.removesuffix(f" {quantity.unit}") if quantity else ""
+        given = quantity.span if quantity else form(field.annotation)
+        rows.append((f"`{field.alias or key}`", default_of(field), given, usual, meaning.replace("|", "or")))
+    return rows
+
+
+def default_of(field: FieldInfo) -> str:
+    """Return the default of a key in the words of a model file."""
+    if field.is_required():
+        return "required"
+    if field.default is PydanticUndefined or field.default is None or field.default in ("", ()):
+        return "-"
+    if isinstance(field.default, bool):
+        return f"`{str(field.default).lower()}`"
+    return f'`"{field.default}"`' if isinstance(field.default, str) else f"`{field.default}`"
+
+
+def form(annotation: Any) -> str:
+    """Return what may be given where it is not a number: words to choose from, or the kind of the value."""
+    words = [f'`"{word}"`' if isinstance(word, str) else f"`{word}`" for word in choices(annotation)]
+    if words:
+        return ", ".join(words)
+    return " or ".join(dict.fromkeys(kinds_of(annotation))) or "table"
+
+
+KINDS = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", list: "list", dict: "table"}
+
+
+def kinds_of(annotation: Any) -> Iterator[str]:
+    """Yield the kinds of value that a type holds."""
+    if get_origin(annotation) is Annotated:
+        yield from kinds_of(get_args(annotation)[0])
+    elif (kind := get_origin(annotation) or annotation) in KINDS:
+        yield KINDS[kind]
+    elif kind is tuple:
+        yield KINDS[list]
+    else:
+        for part in get_args(annotation):
+            yield from kinds_of(part)
+
+
+def choices(annotation: Any) -> list[object]:
+    """Return the words to choose from."""
+    if get_origin(annotation) is Literal:
+        return list(get_args(annotation))
+    if get_origin(annotation) in (list, dict):
+        return []
+    return [word for part in get_args(annotation) for word in choices(part)]
+
+
+TABLES = tuple(
+    Table(name=f"keys-{page}", page=f"docs/keys_{page}.md", make=partial(make_keys, names), tolerance=0.0)
+    for page, names in PAGES.items()
 )
-
-
-def make_ranges() -> str:
-    """Return the table: keys of one kind in one row, each after its table."""
-    keys: dict[Quantity, dict[str, list[str]]] = {}
-    for table, key, quantity in numbers_of(ModelFile):
-        names = keys.setdefault(quantity, {}).setdefault(table, [])
-        if key not in names:
-            names.append(key)
-    rows = [(_named(each), quantity) for quantity, each in keys.items()]
-    told = [(name, one.span, _usual(one)) for name, one in (*rows, *PARTS_OF_KEYS)]
-    return markdown(("keys", "range", "usual"), told)
-
-
-def _named(keys: dict[str, list[str]]) -> str:
-    return "; ".join(f"{table} {', '.join(f'`{key}`' for key in names)}" for table, names in keys.items())
-
-
-def _usual(quantity: Quantity) -> str:
-    return quantity.usual_span.removesuffix(f" {quantity.unit}")
-
-
-TABLES = (Table(name="ranges", page="docs/user_guide.md", make=make_ranges, tolerance=0.0),)

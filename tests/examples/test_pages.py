@@ -34,6 +34,15 @@ from tests.scenes.typed_lines import type_line
 SLOPE = ["bsm-mesh new slope ."]
 RUN = [*SLOPE, "bsm-mesh run model.toml"]
 SURVEY = """python -c "open('survey.csv', 'w').write('history,v [mm]\\ncrest,-3\\n')" """
+OF_A_MESH = [  # without a script, for --no-scripts
+    "bsm-mesh new slope .",
+    "bsm-mesh mesh slope.py -o dupont.msh",
+    """python -c "from pathlib import Path; p = Path('model.toml'); t = p.read_text();"""
+    """ a, b = t.index('geometry ='), t.index('[rock.'); blocks = 'blocks = \\'regions\\'';"""
+    """ p.write_text(t[:a] + 'file = \\'dupont.msh\\'\\n' + blocks + '\\n' + t[b:])" """,
+    "bsm-mesh run model.toml",
+    "bsm-mesh run model.toml -o out/steep",
+]
 PAGES = {  # pages that are followed, and what their reader has done before
     "docs/earth_pressure.md": [],
     "docs/earthquakes.md": [],
@@ -43,16 +52,17 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/safety.md": [],
     "docs/three_dimensions.md": [],
     "docs/tutorial.md": [],
-    "docs/user_guide.md": [  # a mesh, for --no-scripts
-        "bsm-mesh new slope .",
-        "bsm-mesh mesh slope.py -o dupont.msh",
-        """python -c "from pathlib import Path; p = Path('model.toml'); t = p.read_text();"""
-        """ a, b = t.index('geometry ='), t.index('[rock.'); blocks = 'blocks = \\'regions\\'';"""
-        """ p.write_text(t[:a] + 'file = \\'dupont.msh\\'\\n' + blocks + '\\n' + t[b:])" """,
-        "bsm-mesh run model.toml",
-        "bsm-mesh run model.toml -o out/steep",
-        SURVEY,
-    ],
+    "docs/user_guide.md": OF_A_MESH,
+    "docs/arrays.md": RUN,
+    "docs/certificates.md": RUN,
+    "docs/compare.md": SLOPE,
+    "docs/explore.md": RUN,
+    "docs/falls.md": SLOPE,
+    "docs/histories.md": [*RUN, "bsm-mesh run model.toml -o out/steep", SURVEY],
+    "docs/in_python.md": SLOPE,
+    "docs/joint_keys.md": SLOPE,
+    "docs/runs.md": RUN,
+    "docs/untrusted_files.md": OF_A_MESH,
 }
 FOLLOWED_ELSEWHERE = {  # more is asserted of them there
     "README.md": "tests/examples/test_readme.py",

@@ -10,7 +10,10 @@ from pathlib import Path
 import pytest
 
 from docs.code_blocks import README, TEXT, files_of, python_blocks, typed
+from examples.numbers.pages import differences
 from tests.scenes.small_case import Case, environment
+
+LINEAR_SOLVERS = 0.005  # relative: SuperLU and MKL round differently, and slip near the limit depends on it
 
 
 @pytest.mark.heavy
@@ -23,7 +26,7 @@ def test_the_first_answer_prints_what_is_shown(case: Case, capsys: pytest.Captur
     exec(compile(block, str(README), "exec"), {})
     shown = re.search(r"^```text\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
     assert shown is not None
-    assert capsys.readouterr().out == shown[1]
+    assert differences(shown[1], capsys.readouterr().out, LINEAR_SOLVERS) == []
     assert (case.folder / "slope.png").is_file()
 
 

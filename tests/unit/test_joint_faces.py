@@ -23,7 +23,7 @@ from tests.unit.test_run_writer import staged
 from tests.unit.test_snapshots import pushed
 
 LINEAR, MOVING = bsm.Options(scheme="linear"), bsm.Options(scheme="continuation")
-GUIDE = Path(__file__).parents[2] / "docs/user_guide.md"
+GUIDE = Path(__file__).parents[2] / "docs/arrays.md"
 
 
 @pytest.fixture(scope="module")
