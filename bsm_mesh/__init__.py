@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.loads import Load
     from bsm_mesh.model.options import Options
     from bsm_mesh.results import Results
-    from bsm_mesh.safety import Failure, Measured, back_analysis, factor_of_safety, limit_value
+    from bsm_mesh.safety import Failure, Measured, back_analysis, factor_of_safety, limit_value, newmark
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
     from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
     from bsm_mesh.three_d.key_blocks.analysis import key_blocks
@@ -82,6 +82,7 @@ _HOME = {
     "back_analysis": "bsm_mesh.safety",
     "factor_of_safety": "bsm_mesh.safety",
     "limit_value": "bsm_mesh.safety",
+    "newmark": "bsm_mesh.safety",
 }
 
 
@@ -219,6 +220,7 @@ __all__ = [
     "limit_analysis",
     "limit_value",
     "load",
+    "newmark",
     "run",
     "spread",
     "study",

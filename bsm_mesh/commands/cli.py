@@ -22,7 +22,7 @@ from bsm_mesh.commands.cli_options import (
     quiet_option,
 )
 from bsm_mesh.commands.cli_results import paraview, plot, report, verify, view
-from bsm_mesh.commands.cli_safety import back_analysis, safety, study
+from bsm_mesh.commands.cli_safety import back_analysis, newmark, safety, study
 from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.text.interruption import guarded
 from bsm_mesh.text.progress import Progress, early, start_early
@@ -289,7 +289,7 @@ def schema() -> None:
     say_json(ModelFile.model_json_schema())
 
 
-for command in (compare, safety, back_analysis, study, plot, view, paraview, report, verify):
+for command in (compare, safety, newmark, back_analysis, study, plot, view, paraview, report, verify):
     cli.add_command(command)
 
 

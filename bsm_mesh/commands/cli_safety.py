@@ -1,4 +1,4 @@
-"""The commands ``safety``, ``back-analysis`` and ``study``."""
+"""The commands ``safety``, ``newmark``, ``back-analysis`` and ``study``."""
 
 from __future__ import annotations
 
@@ -84,6 +84,56 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
     asked["joints"] = asked["joints"] or None
     progress = Progress(quiet=quiet or as_json)
     sys.exit(ask_safety(model, output, progress, as_json=as_json, scripts=not no_scripts, **asked))
+
+
+@click.command()
+@model_argument
+@click.option("--record", type=PATH, help="Record (CSV or .at2) instead of that of the model's shaken stage.")
+@click.option(
+    "--quantity",
+    type=click.Choice(["acceleration", "velocity"]),
+    default="acceleration",
+    show_default=True,
+    help="With --record: what it is of.",
+)
+@click.option("--scale", type=float, default=1.0, show_default=True, help="With --record: factor on it.")
+@click.option("--stage", metavar="NAME", help="The stage whose blocks are shaken; the one before the shaken stage.")
+@click.option(
+    "--side",
+    "sides",
+    type=click.Choice(["left", "right"]),
+    multiple=True,
+    default=("left", "right"),
+    help="Where blocks may go; repeatable, both by default.",
+)
+@click.option("--alone", is_flag=True, help="Do not run the model's shaken stage for comparison.")
+@click.option(
+    "--movement",
+    type=float,
+    default=0.05,
+    show_default=True,
+    help="A block that moves by more than this part of its size has failed.",
+)
+@click.option("--tolerance", type=float, default=0.001, show_default=True, help="Width of the bracket [g].")
+@click.option("--trials", type=int, default=40, show_default=True, help="Most trials a side.")
+@click.option("--processes", type=int, default=1, show_default=True, help="Trials that run at the same time.")
+@click.option("-o", "--output", type=PATH, help="Folder for the answer; that of the results with -newmark by default.")
+@json_option
+@quiet_option
+@no_scripts_option
+def newmark(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scripts: bool, **asked: Any) -> None:
+    """Find how far MODEL slides in an earthquake by Newmark's method.
+
+    The yield acceleration is the greatest horizontal part of the weights that the blocks bear; the record is integrated
+    twice where it exceeds it, as given and turned over. The displacement of the model's shaken stage stands beside it.
+    Exit code 3 where trials without a verdict keep a bracket open.
+    """
+    start_early(f"reading {model}", quiet=quiet or as_json)
+    from bsm_mesh.commands.newmark import ask_newmark
+
+    asked["shaken"] = not asked.pop("alone")
+    progress = Progress(quiet=quiet or as_json)
+    sys.exit(ask_newmark(model, output, progress, as_json=as_json, scripts=not no_scripts, **asked))
 
 
 @click.command("back-analysis")

@@ -26,10 +26,10 @@ from bsm_mesh.text.terminal import say, say_json
 EXIT_DONE, EXIT_UNDECIDED = 0, 3
 
 
-def safety_folder(loaded: LoadedModel) -> Path:
-    """Return the default folder of the answer: beside the results of the run."""
+def folder_beside(loaded: LoadedModel, word: str) -> Path:
+    """Return the default folder of an answer: beside the results of the run."""
     results = Path(loaded.file.output.folder or f"out/{loaded.path.stem}")
-    return loaded.reach.output(str(results.with_name(f"{results.name}-safety")) if results.name else "safety")
+    return loaded.reach.output(str(results.with_name(f"{results.name}-{word}")) if results.name else word)
 
 
 def ask_safety(
@@ -57,7 +57,7 @@ def ask_safety(
             variation, name = Variation(path, scripts=scripts), vary[0]
             good, bad = variation.ends(name, [typed(word) for word in vary[1:]])
             loaded = variation.model({})
-        folder = output or safety_folder(loaded)
+        folder = output or folder_beside(loaded, "safety")
         added = AddedFiles(folder)  # refused before anything is solved
         common |= {"options": loaded.options, "failure": failure, "report": progress.report}
         if vary is None:

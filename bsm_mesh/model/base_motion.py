@@ -90,6 +90,16 @@ class BaseMotion:
         mean: FloatArray = (self.velocity_at(time + half) - self.velocity_at(time - half)) / interval
         return mean
 
+    def instants(self, least: int) -> FloatArray:
+        """Return so many rising times at least [s] up to the end of the record, its own times among them."""
+        length = self._shaking.own_length
+        if self._shaking.record is None:
+            return np.linspace(0.0, length, least)
+        given = np.unique(np.append(0.0, self._times))
+        parts = max(10, -(-least // (len(given) - 1)))
+        inner = given[:-1, None] + np.diff(given)[:, None] * np.arange(parts) / parts
+        return np.append(inner, length)
+
     @property
     def at_end(self) -> tuple[float, float]:
         """Velocity [m/s] and displacement [m] at the end; those of a record with a good baseline are small."""

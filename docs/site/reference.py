@@ -9,8 +9,8 @@ from importlib import import_module
 PAGES: dict[str, tuple[str, str]] = {
     "running": (
         "Load, run, judge",
-        """load run spread Options Falls limit_analysis factor_of_safety limit_value back_analysis Failure Measured
-        study ModelError MeshWarning ResultsWarning""",
+        """load run spread Options Falls limit_analysis factor_of_safety limit_value back_analysis newmark Failure
+        Measured study ModelError MeshWarning ResultsWarning""",
     ),
     "model": (
         "Model",
@@ -24,7 +24,8 @@ PAGES: dict[str, tuple[str, str]] = {
         bsm_mesh.results.records.SupportForces bsm_mesh.results.records.StepRecord bsm_mesh.results.records.Status
         bsm_mesh.results.bolts.BoltForces bsm_mesh.results.check.Check bsm_mesh.results.falls.Fall
         bsm_mesh.solve.limit.analysis.LimitAnalysis bsm_mesh.safety.answer.Safety
-        bsm_mesh.safety.measurements.BackAnalysis bsm_mesh.commands.study.StudyResults""",
+        bsm_mesh.safety.measurements.BackAnalysis bsm_mesh.safety.earthquake.Newmark
+        bsm_mesh.commands.study.StudyResults""",
     ),
     "three_d": (
         "Three dimensions: blocks and key blocks",

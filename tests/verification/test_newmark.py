@@ -1,0 +1,131 @@
+"""Newmark's displacement against closed forms: Newmark (1965), Geotechnique 15, 139-160.
+
+A rectangular pulse a for t0 over a yield acceleration y: (a - y) t0^2 / 2 (a / y). A sine: each half period by itself.
+A block on a plane of dip b with friction f yields at tan(f - b) downhill, at tan(f + b) uphill.
+"""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import bsm_mesh as bsm
+from bsm_mesh.commands.cli import cli
+from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
+from bsm_mesh.model.sliding_block import slide
+from tests.scenes.known_factors import incline, tan
+from tests.scenes.shaken import STAGE, block_on_plane, quake
+
+PULSE = bsm.Shaking(waveform="pulse", frequency=1, cycles=0.3, amplitude=0.5 * GRAVITY, duration=1.0)
+EXACT = (0.5 - 0.2) * GRAVITY * 0.3**2 / 2 * 0.5 / 0.2
+
+
+def test_a_pulse():
+    found = slide(BaseMotion(PULSE), 1.0, 0.2 * GRAVITY)
+    assert_allclose(found.permanent, EXACT, rtol=1e-6)
+    assert_allclose(found.velocity.max(), 0.3 * 0.3 * GRAVITY, rtol=1e-6)
+    assert_allclose(found.time[-1], 0.3 * 0.5 / 0.2, rtol=1e-6)
+    assert slide(BaseMotion(PULSE), -1.0, 0.2 * GRAVITY).permanent == 0
+
+
+def test_a_sine_record_of_coarse_values_and_both_signs():
+    a, y, omega, cycles = 4.0, 1.5, 2 * np.pi * 1.5, 4
+
+    def gained(t, t1):
+        return a / omega * (np.cos(omega * t1) - np.cos(omega * t)) - y * (t - t1)
+
+    begins = np.arcsin(y / a) / omega
+    ends = brentq(gained, begins + 0.1, begins + 2 * np.pi / omega, args=(begins,))
+    exact = cycles * quad(gained, begins, ends, args=(begins,))[0]
+    time = np.linspace(0, cycles / 1.5, 1601)
+    base = BaseMotion(bsm.Shaking(record=(time, a * np.sin(omega * time))))
+    assert_allclose(slide(base, 1.0, y).permanent, exact, rtol=1e-4)
+    waves = BaseMotion(bsm.Shaking(waveform="sine", frequency=1.5, cycles=cycles, amplitude=a))
+    assert_allclose(slide(waves, 1.0, y).permanent, exact, rtol=1e-6)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("scale", [1.0, -1.0])
+def test_the_block_on_a_plane_beside_its_shaken_stage(scale):
+    answer = bsm.newmark(block_on_plane(replace(PULSE, scale=scale), friction=0.2, kn=1e10), tolerance=2e-4)
+    assert answer.is_decided
+    assert answer.stage == "initial"
+    assert_allclose(answer.peak, 0.5, rtol=1e-3)
+    slides, stays = answer.sides if scale > 0 else answer.sides[::-1]
+    for side in answer.sides:
+        low, high = abs(side.limit.stable), abs(side.limit.unstable)
+        assert low - 1e-6 <= 0.2 <= high + 1e-6
+        assert high - low <= 2.1e-4
+    assert_allclose(slides.sliding.permanent, EXACT, rtol=3e-3)
+    assert slides.least <= EXACT * (1 + 1e-5)
+    assert slides.sliding.permanent >= EXACT * (1 - 1e-5)
+    assert stays.sliding.permanent == 0
+    assert_allclose(stays.turned.permanent, slides.sliding.permanent, rtol=3e-3)
+    assert answer.shaken.status == "stable"
+    assert_allclose(answer.shaken.moved[slides.side], (1, EXACT), rtol=3e-3)
+    assert answer.shaken.moved[stays.side][1] < 1e-3 * EXACT
+
+
+def test_an_incline_yields_at_the_difference_of_friction_and_dip():
+    """`incline` falls to the left; uphill it yields beyond the peak of the record, so nothing slides there."""
+    time, values = quake(6.0, 4.0)
+    answer = bsm.newmark(incline(40.0, 30.0), bsm.Shaking(record=(time, values)))
+    left, right = answer.sides
+    assert abs(left.limit.stable) - 1e-6 <= tan(10.0) <= abs(left.limit.unstable) + 1e-6
+    assert left.sliding.permanent > left.least > 0
+    assert right.sliding is None
+    assert right.yields is None
+    assert answer.shaken is None
+
+
+@pytest.fixture(scope="module")
+def commanded(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("newmark")
+    model = block_on_plane(PULSE, friction=0.2, kn=1e10)
+    bsm.run(model.replace(stages=())).save(folder / "run")
+    (folder / "quake.csv").write_text("time [s],acceleration [g]\n0,0.5\n0.3,0.5\n0.301,0\n1,0\n")
+    out = folder / "out"
+    words = ["newmark", folder / "run" / "model.toml", "--record", folder / "quake.csv", "--side", "left", "-o", out]
+    done = CliRunner().invoke(cli, [*map(str, words), "-q"])
+    assert done.exit_code == 0, done.stderr
+    return done.stdout, out, folder
+
+
+def test_the_command_prints_a_table_and_writes_files(commanded):
+    shown, out, _ = commanded
+    words = " ".join(shown.split())
+    assert "Greatest horizontal acceleration of the record: 0.5 g" in words
+    assert "written to" in words
+    told = json.loads((out / "newmark.json").read_text(encoding="utf-8"))
+    side = told["sides"][0]
+    assert side["decided"]
+    assert side["blocks"] == [1]
+    assert told["shaken"] is None
+    low, high = side["displacement"]
+    assert low < EXACT * 1.01
+    assert EXACT < high < 1.02 * EXACT
+    with (out / "newmark.csv").open(encoding="utf-8") as file:
+        last = list(csv.DictReader(file))[-1]
+    assert_allclose(float(last["displacement left [m]"]), high, rtol=1e-9)
+    assert (out / "newmark.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"stages": ()}, "no stage of the model is shaken"),
+        ({"stages": [bsm.Stage(name=STAGE, shaking=replace(PULSE, direction=90))]}, "is vertical"),
+        ({"gravity_horizontal": 0.3}, "no yield acceleration"),
+    ],
+)
+def test_what_is_refused(change, says):
+    with pytest.raises(bsm.ModelError, match=says):
+        bsm.newmark(block_on_plane(PULSE, friction=0.2).replace(**change))
+    with pytest.raises(bsm.ModelError, match="must be 'left', 'right'"):
+        bsm.newmark(block_on_plane(PULSE, friction=0.2), sides=["up"])
