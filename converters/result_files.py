@@ -22,6 +22,7 @@ from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.submodel import some_blocks
 from bsm_mesh.movements import PLANE
+from bsm_mesh.results.clock import ends_of
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -43,11 +44,14 @@ class Instant:
         Accepted steps since the run began.
     stage, step : int
         Number of the stage, and of the step within it, from 0.
+    moment : float
+        As `bsm_mesh.results.clock.Clock` counts it.
     """
 
     time: int
     stage: int
     step: int
+    moment: float
 
     def file(self, kind: str) -> str:
         """Return the name of the file of a kind."""
@@ -101,11 +105,14 @@ def write_snapshot(results: Results, folder: Path, instant: Instant, compression
     return [instant.file(kind) for kind in kinds]
 
 
-def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[Instant] | None = None) -> list[str]:
+def write_lists(
+    stages: Sequence[StageResult], folder: Path, instants: Sequence[Instant] | None = None, zero: float = 0.0
+) -> list[str]:
     """Write a PVD for each kind of files that there is; return their names.
 
     PVD time is the number of the stage; where there are snapshots of `instants`, which are listed too, it is the number
-    of steps since the run began.
+    of steps since the run began. From the first shaken stage on it is 0 there and runs in seconds while blocks are
+    shaken; steps before it then have times below 0, and each step after it adds 1.
 
     Parameters
     ----------
@@ -115,9 +122,12 @@ def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[
         Where to.
     instants : sequence of Instant, optional
         The snapshots between their ends.
+    zero : float
+        Moment of the first shaken stage's begin, where it has begun and not ended.
     """
-    taken = np.cumsum([len(stage.steps) for stage in stages])
-    times = np.arange(len(stages)) if instants is None else taken
+    ends, begun = ends_of(stages)
+    zero = begun or zero
+    times = list(range(len(stages))) if instants is None else [end - zero for end in ends]
     names = []
     for kind in (*SERIES, WATER, FLOW, BOLTS):
         listed = [
@@ -126,7 +136,7 @@ def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[
             if kind in kinds_of(stage)
         ]
         listed += [
-            (float(instant.time), instant.file(kind))
+            (instant.moment - zero, instant.file(kind))
             for instant in instants or ()
             if kind in OF_STEPS and (folder / instant.file(kind)).is_file()
         ]

@@ -24,7 +24,9 @@ class Frame:
     Attributes
     ----------
     time : float
-        PVD time: the number of the stage, or of the steps since the run began.
+        PVD time: the number of the stage, of the steps since the run began, or seconds of a shaken stage.
+    steps : int
+        Accepted steps since the run began.
     stage : int
         Number of the stage.
     step : int or None
@@ -36,6 +38,7 @@ class Frame:
     """
 
     time: float
+    steps: int
     stage: int
     step: int | None
     stage_name: str
@@ -71,7 +74,9 @@ def _frame(time: float, file: str, stages: list[dict[str, Any]]) -> Frame:
     stage, step = int(found[1]), None if found[2] is None else int(found[2])
     told = stages[stage] if stage < len(stages) else {"name": "", "status": ""}
     verdict = "" if step is not None else (told.get("verdict") or told["status"]).replace("_", " ")
-    return Frame(time=time, stage=stage, step=step, stage_name=told["name"], verdict=verdict)
+    before = sum(each["steps"] for each in stages[: stage + (step is None)])
+    steps = before if step is None else before + step + 1
+    return Frame(time=time, steps=steps, stage=stage, step=step, stage_name=told["name"], verdict=verdict)
 
 
 def evenly(frames: Iterable[Frame], most: int) -> list[Frame]:
@@ -79,7 +84,7 @@ def evenly(frames: Iterable[Frame], most: int) -> list[Frame]:
 
     Examples
     --------
-    >>> steps = [Frame(time=k, stage=0, step=k, stage_name="a", verdict="") for k in range(9)]
+    >>> steps = [Frame(time=k, steps=k, stage=0, step=k, stage_name="a", verdict="") for k in range(9)]
     >>> [frame.step for frame in evenly(steps, 3)]
     [0, 4, 8]
     """

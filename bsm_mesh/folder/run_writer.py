@@ -168,7 +168,7 @@ class RunWriter:
             self._begin()
             self._note(write_snapshot(results(), self._place, instant, self._form.compression))
             gone = self._snapshots.add(instant)
-            write_lists(self._stages, self._place, self._snapshots.instants)
+            write_lists(self._stages, self._place, self._snapshots.instants, self._snapshots.zero)
             self._remove_snapshots(gone)
 
     def stage(self, results: Results) -> None:
@@ -262,7 +262,8 @@ class RunWriter:
         write_history(results, self._place)
         self._note([HISTORY, *write_histories(results, self._place), *write_shaking(results, self._place)])
         self._note(write_tables(results, self._place, self._form))
-        return write_lists(results.stages, self._place, self._snapshots.instants if self._steps else None)
+        instants = self._snapshots.instants if self._steps else None
+        return write_lists(results.stages, self._place, instants, self._snapshots.zero)
 
     def _write_summary(self, results: Results) -> None:
         number = 1 + (run_number(self.folder.place) or 0)

@@ -1,4 +1,4 @@
-"""energy.csv and shaken_blocks.csv: energies over time and peaks of blocks in stages that are shaken."""
+"""energy.csv, time_history.csv, shaken_blocks.csv: energies, histories over time, peaks of blocks in shaken stages."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import numpy as np
 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
+from bsm_mesh.folder.histories import columns_of
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.shaking import ENERGIES, ShakingResult
 from bsm_mesh.text.csv_tables import CsvWriter
 
-ENERGY, PEAKS = "energy.csv", "shaken_blocks.csv"
+ENERGY, PEAKS, TIMES = "energy.csv", "shaken_blocks.csv", "time_history.csv"
 SCALARS = ("end_velocity", "time_step", "cycles", "windows", "heaviest", "imbalance")
 _TIMES = ("time [s]", "base_acceleration [m/s2]", *(f"{name} [N]" for name in ENERGIES))
 _PEAKS = ("peak_velocity [m/s]", "peak_acceleration [m/s2]", "heavier")
@@ -42,7 +43,23 @@ def write_shaking(results: Results, folder: Path) -> list[str]:
         for number, stage, one in shaken:
             peaks = zip(one.peak_velocity.tolist(), one.peak_acceleration.tolist(), one.heavier.tolist(), strict=True)
             writer.writerows([number, stage.name, block, *row[:2], int(row[2])] for block, row in enumerate(peaks))
-    return [ENERGY, PEAKS]
+    _write_times(results, folder)
+    return [ENERGY, PEAKS, TIMES]
+
+
+def _write_times(results: Results, folder: Path) -> None:
+    """Write the model's histories over the times of shaken stages, a row a time and a column a quantity."""
+    titles = [f"{one.name}: {column}" for one in results.recorded for column in columns_of(one)]
+    with whole_file(folder / TIMES) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        writer = CsvWriter(file)
+        writer.writerow(["stage", "stage_name", *_TIMES[:2], "max_displacement [m]", *titles])
+        for stage in results.stages:
+            if stage.shaking is None:
+                continue
+            steps = [step for step in stage.steps if step.time is not None]
+            for step, base in zip(steps, stage.shaking.base_acceleration[1:].tolist(), strict=True):
+                values = ["" if np.isnan(value) else value for value in step.recorded]
+                writer.writerow([step.stage, stage.name, step.time, base, step.max_displacement, *values])
 
 
 def shaking_summary(shaking: ShakingResult) -> dict[str, Any]:

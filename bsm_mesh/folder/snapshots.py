@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from bsm_mesh.results.clock import Clock
 from bsm_mesh.results.records import StepRecord
 
 if TYPE_CHECKING:
@@ -25,19 +27,19 @@ class Snapshots:
 
     def __init__(self) -> None:
         self.instants: list[Instant] = []
-        self._taken, self._stride = 0, 1
+        self._taken, self._stride, self._clock = 0, 1, Clock()
 
     @property
     def told(self) -> dict[str, Any]:
         """How far it is, as JSON can say it."""
-        instants = [[instant.time, instant.stage, instant.step] for instant in self.instants]
-        return {"taken": self._taken, "stride": self._stride, "instants": instants}
+        instants = [[instant.time, instant.stage, instant.step, instant.moment] for instant in self.instants]
+        return {"taken": self._taken, "stride": self._stride, "clock": asdict(self._clock), "instants": instants}
 
     def recall(self, told: dict[str, Any]) -> None:
         """Be where it was when it told so."""
         from bsm_mesh.converters.result_files import Instant
 
-        self._taken, self._stride = told["taken"], told["stride"]
+        self._taken, self._stride, self._clock = told["taken"], told["stride"], Clock(**told["clock"])
         self.instants = [Instant(*numbers) for numbers in told["instants"]]
 
     def instant(self, record: StepRecord) -> Instant | None:
@@ -45,7 +47,13 @@ class Snapshots:
         from bsm_mesh.converters.result_files import Instant
 
         self._taken += 1
-        return None if self._taken % self._stride else Instant(self._taken, record.stage, record.step)
+        moment = self._clock.tick(record)
+        return None if self._taken % self._stride else Instant(self._taken, record.stage, record.step, moment)
+
+    @property
+    def zero(self) -> float:
+        """Moment from which played times count."""
+        return self._clock.zero or 0.0
 
     def add(self, instant: Instant) -> list[Instant]:
         """Add a snapshot that was written, and return those that are to go."""

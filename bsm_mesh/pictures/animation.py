@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.frames import Frame, frames_in
 from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.pictures.canvas import FALLS, WATER, WIDTH
 from bsm_mesh.pictures.figures import paper, save
@@ -31,9 +33,6 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from bsm_mesh.converters.vtk_files import Grid
-
-Series: TypeAlias = list[tuple[float, str]]
-"""Times and names of the files of snapshots."""
 
 FRAME_WIDTH, TEXT = 720, 0.75  # pixels; inches above the picture
 MOST_FRAMES, COLOURS = 60, 32
@@ -71,9 +70,8 @@ def draw_step(folder: Path, step: int) -> Path:
     added, saved = AddedFiles(folder), SavedResults(folder)
     saved.refuse_space("plot")
     files = _snapshots(saved)
-    earlier = [entry for entry in files if entry[0] <= step] or files[:1]
-    time, file = earlier[-1]
-    grid = _read(saved, file)
+    frame = ([each for each in files if each.steps <= step] or files[:1])[-1]
+    grid = _read(saved, frame)
     end = grid.points + _moves(grid)
     room = MARGIN * float(np.hypot(*np.ptp(grid.points, axis=0)))
     window = np.stack(
@@ -83,16 +81,17 @@ def draw_step(folder: Path, step: int) -> Path:
     _add_start(axes, grid)
     down = grid.cell_data["block_id"][grid.cell_data["unstable"] > 0]
     _add_blocks(axes, grid, 1.0, down)
-    table = saved.water_table(int(Path(file).stem.split("_")[1]))
+    table = saved.water_table(frame.stage)
     axes.plot(*table.transpose(2, 1, 0), color=WATER, linewidth=2.2)
-    told = f"position after {time:g} of {files[-1][0]:g} steps, true to scale, over the original outlines (grey)"
+    when = f"position after {frame.steps} of {files[-1].steps} steps{_seconds(saved, frame)}"
+    told = f"{when}, true to scale, over the original outlines (grey)"
     axes.set_title(f"{heading(saved.told, 'on its way')}\n{told}", loc="left", fontsize=11, parse_math=False)
-    return add_picture(added, f"position_{time:05.0f}.png", partial(save, figure))
+    return add_picture(added, f"position_{frame.steps:05d}.png", partial(save, figure))
 
 
-def _snapshots(saved: SavedResults) -> Series:
-    """Return time and file of every snapshot, the end included."""
-    files = saved.series("blocks")
+def _snapshots(saved: SavedResults) -> list[Frame]:
+    """Return every snapshot, the end included."""
+    files = frames_in(saved)
     if len(files) < 2:
         raise ModelError(
             f'{saved.folder}: holds no snapshots of a movement; run again with snapshots = "steps" under [output]'
@@ -100,8 +99,14 @@ def _snapshots(saved: SavedResults) -> Series:
     return files
 
 
-def _read(saved: SavedResults, file: str) -> Grid:
-    return saved.grid(file, needs=("displacement", "block_id", "unstable"))
+def _seconds(saved: SavedResults, frame: Frame) -> str:
+    """Return the time of a snapshot where a stage of the run is shaken; nothing elsewhere."""
+    shaken = any("shaking" in stage for stage in saved.told["stages"])
+    return f", at {frame.time:.4g} s" if shaken and frame.time >= 0 else ""
+
+
+def _read(saved: SavedResults, frame: Frame) -> Grid:
+    return saved.grid(frame.file("blocks"), needs=("displacement", "block_id", "unstable"))
 
 
 def _moves(grid: Grid) -> FloatArray:
@@ -110,12 +115,12 @@ def _moves(grid: Grid) -> FloatArray:
     return moves
 
 
-def _window(saved: SavedResults, files: Series) -> FloatArray:
+def _window(saved: SavedResults, files: Sequence[Frame]) -> FloatArray:
     """Return x and y, least and greatest, of all that is shown, (2, 2) [m]."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     start = np.zeros((2, 2))
-    for number, (_, file) in enumerate(files):
-        grid = _read(saved, file)
+    for number, frame in enumerate(files):
+        grid = _read(saved, frame)
         if number == 0:
             start = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
             low, high = start
@@ -125,16 +130,19 @@ def _window(saved: SavedResults, files: Series) -> FloatArray:
     return np.stack([np.maximum(low, start[0] - beyond), np.minimum(high, start[1] + beyond)], axis=1)
 
 
-def _frames(saved: SavedResults, files: Series, unstable: IntArray, window: FloatArray) -> Iterator[FloatArray]:
+def _frames(
+    saved: SavedResults, files: Sequence[Frame], unstable: IntArray, window: FloatArray
+) -> Iterator[FloatArray]:
     """Yield the frames, (height, width, 3), the start first."""
     figure, axes = _stage(window, FRAME_WIDTH)
-    for number, (time, file) in enumerate([(0.0, files[0][1]), *files]):
-        grid, factor = _read(saved, file), float(number > 0)
+    for number, frame in enumerate([replace(files[0], steps=0, time=-1.0), *files]):
+        grid, factor = _read(saved, frame), float(number > 0)
         if number == 0:
             _add_start(axes, grid)
         drawn = _add_blocks(axes, grid, factor, unstable)
         greatest = engineering(factor * float(np.hypot(*_moves(grid).T).max()), "m")
-        told = f"{heading(saved.told)}\nstep {time:g} of {files[-1][0]:g}, greatest displacement {greatest}"
+        when = f"step {frame.steps} of {files[-1].steps}{_seconds(saved, frame)}"
+        told = f"{heading(saved.told)}\n{when}, greatest displacement {greatest}"
         axes.set_title(told, loc="left", fontsize=9, parse_math=False)
         canvas: Any = figure.canvas
         canvas.draw()

@@ -1,5 +1,6 @@
 """A stage that is shaken: energies, verdicts, times, laws and bolts in it, and how it goes on."""
 
+import csv
 from dataclasses import replace
 
 import numpy as np
@@ -126,6 +127,12 @@ def test_results_of_a_shaken_stage_come_back_from_their_folder(tmp_path):
     for name in ("time", "energy", "peak_velocity", "peak_acceleration", "slip_energy", "heavier", "imbalance"):
         assert_array_equal(getattr(one, name), getattr(other, name))
     assert [step.time for step in results.stages[-1].steps] == [step.time for step in again.stages[-1].steps]
+    with (tmp_path / "out" / "time_history.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert_allclose([float(row["time [s]"]) for row in rows], one.time[1:], rtol=1e-12)
+    assert_allclose([float(row["base_acceleration [m/s2]"]) for row in rows], one.base_acceleration[1:])
+    moved = [step.recorded[0] for step in results.stages[-1].steps if step.time is not None]
+    assert_allclose([float(row["b: u [m]"]) for row in rows], moved)
     path = tmp_path / "out" / "energy.csv"
     path.write_text(path.read_text().replace("0.25", "0.26", 1))
     with pytest.raises(bsm.ModelError, match=r"energy\.csv"):

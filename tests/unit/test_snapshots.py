@@ -11,11 +11,15 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.converters.result_files import SERIES, corner_displacement
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
+from bsm_mesh.folder.frames import frames_in
 from bsm_mesh.folder.run_writer import RunWriter
+from bsm_mesh.folder.saved_results import SavedResults
+from bsm_mesh.pictures.animation import draw_step
 from bsm_mesh.results import Results
 from bsm_mesh.results.check import block_residuals
 from bsm_mesh.results.records import StepRecord
 from tests.file_operations import watched
+from tests.scenes.shaken import block_on_plane, quake
 from tests.scenes.shapes import rectangle
 
 pytestmark = pytest.mark.robust
@@ -41,6 +45,21 @@ def run_with_snapshots(folder: Path, model: bsm.Model | None = None) -> Results:
         results = bsm.run(model or pushed(), MOVING, snapshot=writer.step, finished=writer.stage)
         writer.finish(results)
     return results
+
+
+def test_times_of_a_shaken_stage_are_seconds(tmp_path: Path) -> None:
+    """Before it the steps run up to 0, after it each adds 1."""
+    shaking = bsm.Shaking(record=quake(4.0, 1.0), every=0.1)
+    results = run_with_snapshots(tmp_path, block_on_plane(shaking, friction=0.2))
+    first, last = results.stages
+    rest = [step for step in last.steps if step.time is None]
+    before, after = len(first.steps), len(rest)
+    exact = [*range(1 - before, 1), *(0.1 * np.arange(1, 11)), *(1.0 + np.arange(1, after + 1))]
+    for kind in SERIES:
+        np.testing.assert_allclose([time for time, _ in read_pvd(tmp_path / f"{kind}.pvd")], exact, atol=1e-12)
+    frames = frames_in(SavedResults(tmp_path))
+    assert [frame.steps for frame in frames] == list(range(1, before + len(last.steps) + 1))
+    assert draw_step(tmp_path, before + 3).name == f"position_{before + 3:05d}.png"
 
 
 def test_every_step_is_in_the_series(tmp_path: Path) -> None:
