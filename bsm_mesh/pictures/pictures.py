@@ -49,6 +49,12 @@ from bsm_mesh.pictures.line_pictures import draw_extensometers, draw_profiles
 from bsm_mesh.pictures.plot import BAD_INPUT, PictureChoice
 from bsm_mesh.pictures.point_pictures import draw_points
 from bsm_mesh.pictures.scene import Scene, Window
+from bsm_mesh.pictures.shaking_pictures import (
+    draw_energy,
+    draw_peak_acceleration,
+    draw_permanent,
+    draw_time_histories,
+)
 from bsm_mesh.pictures.water_pictures import draw_water
 from bsm_mesh.results.results import Results
 from bsm_mesh.text.headings import PICTURES_FOLDER, stage_heading, stage_number
@@ -75,16 +81,28 @@ PICTURES: dict[str, Callable[[Sheet], str | None]] = {
     "flow_discharge": draw_discharge,
     "bolts": draw_bolts,
     "bolts_utilisation": draw_bolt_utilisation,
+    "shaking_acceleration": draw_peak_acceleration,
+    "shaking_displacement": draw_permanent,
 }
+
+
+def _draw_forces_of_bolts(results: Results, number: int, title: str, figure: Figure | None = None) -> Figure | None:
+    return draw_bolt_forces(results.stages[number].bolts, title, figure)
+
+
 FOLLOWING = ("final_position",)  # shows what has left the model's box
-OF_A_STAGE = "bolt_forces"
+OF_A_STAGE: dict[str, Callable[[Results, int, str, Figure | None], Figure | None]] = {
+    "bolt_forces": _draw_forces_of_bolts,
+    "shaking_histories": draw_time_histories,
+    "shaking_energy": draw_energy,
+}
 OF_THE_RUN = {
     "histories": draw_histories,
     "extensometers": draw_extensometers,
     "profiles": draw_profiles,
     "points": draw_points,
 }
-CHARTS = (OF_A_STAGE, *OF_THE_RUN)  # of no place in the model
+CHARTS = (*OF_A_STAGE, *OF_THE_RUN)  # of no place in the model
 NAMES = (*PICTURES, *CHARTS)
 
 
@@ -131,8 +149,8 @@ def _figure(scene: Scene, name: str, figure: Figure | None = None) -> Figure | N
 
 def _chart(results: Results, number: int, name: str, figure: Figure | None = None) -> Figure | None:
     """Return a chart: of a stage, or of the whole run."""
-    if name == OF_A_STAGE:
-        return draw_bolt_forces(results.stages[number].bolts, stage_heading(results, number), figure)
+    if name in OF_A_STAGE:
+        return OF_A_STAGE[name](results, number, stage_heading(results, number), figure)
     return OF_THE_RUN[name](results, stage_heading(results, len(results.stages) - 1), figure)
 
 
@@ -170,7 +188,7 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
         suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
         suffix += "" if choice.window is None else "_window"
         of_place = [name for name in names if name in PICTURES]
-        charts = [name for name in names if name == OF_A_STAGE and choice.window is None]
+        charts = [name for name in names if name in OF_A_STAGE and choice.window is None]
         for name in [*of_place, *charts]:
             figure = _figure(scene, name) if name in PICTURES else _chart(results, number, name)
             if figure is not None:
