@@ -60,6 +60,8 @@ def test_every_picture_shows_something(results: Case) -> None:
         "bolts_utilisation",
         "joints_opening",
         "joints_slip",
+        "shaking_acceleration",
+        "shaking_displacement",
     }  # there is none
     assert {path.stem for path in paths} == set(PICTURES) - dry
     noted = "out/model/.bsm-mesh-results"
