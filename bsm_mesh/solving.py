@@ -23,11 +23,14 @@ if TYPE_CHECKING:
 Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
 Finished: TypeAlias = "Callable[[Results], None]"
+TURNED_OVER = "record turned over"
 Output: TypeAlias = "str | os.PathLike[str] | Literal[False] | None"
 
 
 def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     """Return results with where other routes lead (`Results.spread`): other methods first, loads in parts.
+
+    Of a model with shaken stages these are a half and a quarter of the time step, and the record turned over.
 
     Parameters
     ----------
@@ -69,14 +72,31 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     if model is None or options is None:
         raise ModelError("spread: these results were read back, without their model; give what bsm.run returned")
     refuse_one_route(options)
-    for stage in model.stages:
-        if stage.shaking is not None:
-            raise ModelError(f"spread: stage '{stage.name}' is shaken; compare runs with other time steps instead")
+    runs = _other_shakings(model) or [(route.name, _in_parts(model, route.parts), route) for route in OTHERS]
     ends = [route_end(USUAL.name, results, results)]
-    for route in OTHERS:
-        report(f"spread: {route.name}")
-        ends.append(route_end(route.name, solve(_in_parts(model, route.parts), options, route=route), results))
+    for name, other, route in runs:
+        report(f"spread: {name}")
+        found = solve(other, options, route=route)
+        ends.append(route_end(name, found, results, same_loads=name != TURNED_OVER))
     return replace(results, spread=tuple(ends))
+
+
+def _other_shakings(model: Model) -> list[tuple[str, Model, Route | None]]:
+    """Return a model with shaken stages at smaller time steps, and with the record turned over; others: nothing."""
+    from dataclasses import replace
+
+    if not any(stage.shaking is not None for stage in model.stages):
+        return []
+    found: list[tuple[str, Model, Route | None]] = []
+    for name, part, sign in (("time step / 2", 0.5, 1), ("time step / 4", 0.25, 1), (TURNED_OVER, 1.0, -1)):
+        stages = [
+            stage
+            if (given := stage.shaking) is None
+            else replace(stage, shaking=replace(given, time_step=part * given.time_step, scale=sign * given.scale))
+            for stage in model.stages
+        ]
+        found.append((name, model.replace(stages=stages), None))
+    return found
 
 
 def refuse_one_route(options: Options) -> None:

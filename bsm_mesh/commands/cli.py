@@ -146,7 +146,11 @@ def check(
 @click.option(
     "-v", "--verbose", is_flag=True, help="A line for every step, by which method it was found; what the solution took."
 )
-@click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
+@click.option(
+    "--spread",
+    is_flag=True,
+    help="Solve it by other routes too, shaken stages at smaller time steps; report by how much they differ.",
+)
 @click.option(
     "--tables",
     type=click.Choice(["csv", "parquet"]),

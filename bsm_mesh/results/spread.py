@@ -1,4 +1,4 @@
-"""Spread: by how much the equilibria differ to which several routes lead. It reports, and chooses nothing."""
+"""Spread: by how much equilibria differ to which several routes, or runs in time, lead. It chooses nothing."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from bsm_mesh.movements import distances
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
+
+FAR_APART = 0.1  # of the least permanent displacement: from there on the range is the answer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +32,8 @@ class RouteEnd:
         None where there are none.
     block : int or None
         The block where that is.
+    permanent : float or None [m]
+        Greatest displacement that a shaken stage leaves; None where none is shaken, or it has no verdict of rest.
     """
 
     route: str
@@ -39,17 +43,20 @@ class RouteEnd:
     unstable_blocks: tuple[int, ...]
     difference: float | None
     block: int | None
+    permanent: float | None = None
 
 
-def route_end(route: str, results: Results, usual: Results) -> RouteEnd:
-    """Return where a route led, beside the usual one."""
+def route_end(route: str, results: Results, usual: Results, *, same_loads: bool = True) -> RouteEnd:
+    """Return where a route led, beside the usual one; with other loads no distance between both is given."""
     last, difference, block = results.stages[-1], None, None
     for one, other in zip(results.stages, usual.stages, strict=False):
-        if one.status.is_at_rest and other.status.is_at_rest:
+        if same_loads and one.status.is_at_rest and other.status.is_at_rest:
             apart = distances(one.displacement - other.displacement) * (one.present & other.present)
             if difference is None or apart.max() > difference:
                 difference, block = float(apart.max()), int(apart.argmax())
+    left = [one.max_stage_displacement for one in results.stages if one.shaking is not None and one.status.is_at_rest]
     return RouteEnd(
+        permanent=max(left, default=None),
         route=route,
         status=results.status,
         stage=last.name,
@@ -75,5 +82,14 @@ def spread_text(ends: tuple[RouteEnd, ...]) -> str:
         told.append(
             f"equilibria differ by up to {worst.difference:.3g} m (block {worst.block}, {worst.route}), "
             f"the greatest displacement being {ends[0].max_displacement:.3g} m"
+        )
+    left = [end.permanent for end in ends if end.permanent is not None]
+    if len(left) > 1:
+        apart = max(left) - min(left)
+        what = f"greatest permanent displacement {min(left):.3g} to {max(left):.3g} m in {len(left)} runs"
+        told.append(
+            f"{what}: give this range, a single run is no answer here"
+            if apart > FAR_APART * min(left)
+            else f"{what}, less than a tenth apart"
         )
     return "; ".join(told)

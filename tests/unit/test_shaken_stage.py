@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.continuum import departures
+from bsm_mesh.results.spread import spread_text
 from bsm_mesh.solve.stages import as_built
 from tests.scenes.shaken import STAGE, block_on_plane, quake, shaken, wall
 from tests.scenes.shapes import rectangle, running_bond
@@ -176,12 +177,34 @@ def test_masses_are_raised_where_it_is_asked_for_and_told():
         (lambda model: bsm.limit_value(lambda _: model, 0.0, 1.0), "the limit of a number is of blocks at rest"),
         (lambda model: as_built.in_stage(model, None), "limit analysis is of blocks at rest"),
         (lambda model: departures.refuse(model, True), "the continuum is at rest, and stage 'earthquake' is shaken"),
-        (lambda model: bsm.spread(bsm.run(model)), "spread: stage 'earthquake' is shaken"),
     ],
 )
 def test_what_asks_about_blocks_at_rest_refuses_a_shaken_stage(ask, what):
     with pytest.raises(bsm.ModelError, match=what):
         ask(block_on_plane(replace(HARD, duration=0.1, every=0.1), friction=0.6))
+
+
+@pytest.mark.heavy
+def test_spread_compares_time_steps_and_the_record_turned_over():
+    """A block on a level plane: the record turned over does the same by symmetry.
+
+    A block that sticks again swings on its springs without damping. At 1e9 Pa/m, when it slips next varies by up to
+    0.5 % of the displacement, at 1e10 Pa/m by 0.1 %.
+    """
+    pulse = bsm.Shaking(waveform="sine", frequency=2.0, amplitude=5.0, cycles=1.5, duration=1.5)
+    results = bsm.spread(bsm.run(block_on_plane(pulse, friction=0.2)))
+    usual, half, quarter, over = results.spread
+    assert [end.route for end in results.spread[1:]] == ["time step / 2", "time step / 4", "record turned over"]
+    assert {end.status.value for end in results.spread} == {"stable"}
+    assert usual.permanent == results.stages[-1].max_stage_displacement > 0.01
+    for end in (half, quarter):
+        assert_allclose(end.permanent, usual.permanent, rtol=5e-3)
+        assert 0 < end.difference < 5e-3 * usual.permanent
+    assert_allclose(over.permanent, usual.permanent, rtol=1e-9)
+    assert over.difference is None
+    assert "less than a tenth apart" in spread_text(results.spread)
+    wide = (*results.spread[:3], replace(over, permanent=1.2 * usual.permanent))
+    assert "a single run is no answer here" in spread_text(wide)
 
 
 def test_threads_change_no_digit(monkeypatch):
