@@ -26,6 +26,7 @@ from bsm_mesh.model.values import Rules, is_number, parts_of
 Waveform = Literal["sine", "ricker", "pulse"]
 MotionQuantity = Literal["acceleration", "velocity"]
 Series = tuple[tuple[float, ...], tuple[float, ...]]
+HOUSNER = "housner"
 RICKER_PERIODS = 3.0  # length of a Ricker wavelet, over its period: at both ends it is 1e-9 of its peak
 
 
@@ -60,8 +61,9 @@ class Shaking:
         base keeps its velocity.
     every : float or None [s]
         Time between two values of histories and energies; None: a five-hundredth of the duration.
-    contact_damping : float
-        Dashpots of closed contacts along their normals, over the critical ones: what an impact loses; 0: none.
+    contact_damping : float or "housner"
+        Dashpots of closed contacts across and along the face, over the critical ones; 0: none. ``"housner"``: critical
+        ones, with which a rocking block loses as much in an impact as Housner's (1963), whatever its slenderness.
     mass_damping : (ratio, frequency) or None [-, Hz]
         Part of critical damping, at a frequency, of a drag on all blocks by their masses; None: none.
     time_step : float
@@ -95,7 +97,7 @@ class Shaking:
     scale: Annotated[float, MOTION_FACTOR] = 1.0
     duration: Annotated[float, DURATION] | None = None
     every: Annotated[float, DURATION] | None = None
-    contact_damping: Annotated[float, DAMPING] = 0.0
+    contact_damping: Annotated[float, DAMPING] | Literal["housner"] = 0.0
     mass_damping: tuple[float, float] | None = None
     time_step: Annotated[float, PART] = 0.5
     mass_scaling: Annotated[float, MASS_SCALING] = 1.0
@@ -103,7 +105,7 @@ class Shaking:
 
     def __post_init__(self) -> None:
         rules = Rules("shaking")
-        rules.numbers(self)
+        rules.numbers(self, without=("contact_damping",) if self.contact_damping == HOUSNER else ())
         rules.choice("quantity", self.quantity, get_args(MotionQuantity))
         if (self.record is None) == (self.waveform is None):
             rules.faults.append("shaking: needs a record or a waveform, and not both")
@@ -125,6 +127,11 @@ class Shaking:
         if self.waveform == "ricker" and self.cycles is not None:
             faults.append("shaking: a Ricker wavelet has no cycles; remove them")
         return faults
+
+    @property
+    def dashpots(self) -> float:
+        """Dashpots of closed contacts over the critical ones: 1 for ``"housner"``."""
+        return 1.0 if isinstance(self.contact_damping, str) else float(self.contact_damping)
 
     @property
     def drag(self) -> float:

@@ -11,6 +11,7 @@ import sys
 from examples.numbers import (
     cassiar,
     dupont,
+    earthquakes,
     elasticity,
     flow,
     joint_laws,
@@ -46,6 +47,7 @@ PARTS = (
     dupont,
     cassiar,
     three_dimensions,
+    earthquakes,
 )
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
 

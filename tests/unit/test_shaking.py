@@ -28,6 +28,7 @@ SINE = {"waveform": "sine", "frequency": 2.0, "amplitude": 3.0}
         ({"record": ([0, 1], [0, 1, 2])}, "2 times and 3 values"),
         ({**SINE, "mass_scaling": 0.5}, "mass_scaling = 0.5"),
         ({**SINE, "contact_damping": 1.5}, "contact_damping = 1.5 must be"),
+        ({**SINE, "contact_damping": "houzner"}, "contact_damping = 'houzner'"),
         ({**SINE, "mass_damping": 0.02}, r"must be a pair \(ratio, frequency\)"),
         ({**SINE, "mass_damping": (0.02, -1)}, "mass_damping: frequency = -1 Hz"),
         ({**SINE, "quantity": "force"}, "quantity = 'force' is unknown"),
@@ -76,6 +77,11 @@ def test_a_record_is_integrated_exactly_between_its_values():
     exact = [0.0, 0.25, 1.0, 1.0 + (4 + 3.5) / 2 / 4, 1.0 + 3.0, 4.0]
     assert_allclose(base.velocity_at(np.array([0.4, 0.75, 1.0, 1.25, 2.0, 4.0])), exact, rtol=1e-12)
     assert_allclose(base.at_end[0], 4.0)
+
+
+def test_housners_damping_is_critical():
+    assert bsm.Shaking(**SINE, contact_damping="housner").dashpots == 1.0
+    assert bsm.Shaking(**SINE, contact_damping=0.2).dashpots == 0.2
 
 
 def test_a_direction_turns_the_base():

@@ -55,6 +55,7 @@ def test_faulty_records_end_in_a_message(tmp_path, name, text, quantity, fault):
 SHAKINGS = {
     "record": bsm.Shaking(record=([0.0, 0.1, 0.3], [0.0, 2.5, -1.0]), quantity="velocity", mass_damping=(0.02, 2.0)),
     "waveform": bsm.Shaking(waveform="sine", frequency=5.0, amplitude=3.0, cycles=2, direction=30.0, every=0.1),
+    "housner": bsm.Shaking(waveform="ricker", frequency=5.0, amplitude=3.0, contact_damping="housner", every=0.1),
 }
 
 

@@ -72,19 +72,25 @@ def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("tilt", [0.25, 0.5])
-def test_with_critical_contact_damping_a_rocking_block_loses_what_housners_does(tilt):
-    """The rate of turn after an impact is r = 1 - 3/2 sin^2 a of that before, so 1 - (1 - p)^2 falls to r^2 of it."""
-    b, h, every = 0.25, 1.0, 5e-3
+@pytest.mark.parametrize(("b", "tilt", "third"), [(0.25, 0.25, 0.02), (0.25, 0.5, 0.02), (0.5, 0.5, 0.03)])
+def test_with_critical_contact_damping_a_rocking_block_loses_what_housners_does(b, tilt, third):
+    """The rate of turn after an impact is r = 1 - 3/2 sin^2 a of that before, so 1 - (1 - p)^2 falls to r^2 of it.
+
+    The first swing agrees within 2 %, the third within 3 % at most. On dashpots across the face alone the stocky block
+    swings 14 % too far, then 39 %: springs along the face give back what the impact puts into them. On joints of
+    1 GPa/m the slender block sinks in too far to be Housner's.
+    """
+    h, every = 1.0, 5e-3
     alpha = np.arctan2(b, h)
     kept = (1 - 1.5 * np.sin(alpha) ** 2) ** (2 * np.arange(1, 4))
     peaks = 1 - np.sqrt(1 - kept * (1 - (1 - tilt) ** 2))
-    shaking = bsm.Shaking(**QUIET, cycles=2.6, every=every, contact_damping=1.0)
-    time, turn, _ = rocking(b, h, tilt * alpha, shaking)
+    shaking = bsm.Shaking(**QUIET, cycles=2.6, every=every, contact_damping="housner")
+    time, turn, _ = rocking(b, h, tilt * alpha, shaking, kn=4e9)
     through = time[np.flatnonzero(np.sign(turn[1:]) != np.sign(turn[:-1]))]
     impacts = through[np.insert(np.diff(through) > 0.15, 0, True)]
     swings = [np.abs(turn[(time > a) & (time < c)]).max() for a, c in pairwise(impacts[:4])]
-    assert_allclose(np.array(swings) / alpha, peaks, rtol=0.02)
+    assert_allclose(swings[0] / alpha, peaks[0], rtol=0.02)
+    assert_allclose(np.array(swings) / alpha, peaks, rtol=third)
 
 
 def test_mass_damping_takes_what_its_ratio_says():

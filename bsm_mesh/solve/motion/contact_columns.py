@@ -70,7 +70,10 @@ WORK = _chunk(
     "drag",
     "opening",
     "begun",  # 1 after the first cycle
-    "shear",  # shear force, its stiffness, movement along the edge and gap before this cycle
+    "lag",  # dashpots over their springs, in cycles
+    "last",  # movement along the edge in the cycle before the window
+    "shear_drag",  # of the dashpot along the edge after the last cycle
+    "shear",  # shear force of the spring, its stiffness, movement along the edge and gap before this cycle
     "stiffness",
     "along",
     "gap",

@@ -19,7 +19,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.contact_columns import WIDTH, ChunkArray, SingleArray
 from bsm_mesh.solve.motion.joint_kernels import close, dilate, fail, grow, hold, slide, weaken
-from bsm_mesh.solve.motion.work_kernels import add_dilation, add_work, begin_work
+from bsm_mesh.solve.motion.work_kernels import add_dilation, add_work, begin_work, shear_with_dashpots
 
 ZERO, ONE = np.float32(0.0), np.float32(1.0)
 ROOM = np.dtype(
@@ -85,7 +85,10 @@ def add_contact_forces(
         _press(chunk, t)
         if strengths.size:
             weaken(strengths[k], t)
-        _shear(chunk, t)
+        if works is None:
+            _shear(chunk, t)
+        else:
+            shear_with_dashpots(chunk, works[k], t)
         if strengths.size:
             fail(strengths[k], t)
         if works is not None:

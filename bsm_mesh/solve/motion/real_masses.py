@@ -69,7 +69,7 @@ class RealMasses(Masses):
         With ``c = z 2 sqrt(k m')``, m' of both blocks, that is a square equation of the inverse of the time step.
         """
         a, b, columns = weighed
-        damping, fixed = self._shaking.contact_damping, self._system.prescribed_blocks
+        damping, fixed = self._shaking.dashpots, self._system.prescribed_blocks
         if damping == 0 or not len(a):
             return 0.0
         stiffness = columns["normal_stiffness"].astype(np.float64)
@@ -85,13 +85,13 @@ class RealMasses(Masses):
         return float((root**2).max(initial=0.0)) / self._shaking.time_step**2
 
     def dashpots(self, a: IntArray, b: IntArray, normal_stiffness: SingleArray | FloatArray) -> SingleArray:
-        """Return the dashpots of contacts (k,): `Shaking.contact_damping` times the critical ones."""
-        if self._shaking.contact_damping == 0:
+        """Return the dashpots of contacts (k,): `Shaking.dashpots` times the critical ones."""
+        if self._shaking.dashpots == 0:
             return np.zeros(len(a), np.float32)
         inverse = np.where(self._system.prescribed_blocks, 0.0, 1 / self.mass[:, 0])
         both = inverse[a] + inverse[b]
         critical = 2 * np.sqrt(normal_stiffness.astype(np.float64) / np.where(both > 0, both, np.inf))
-        dashpots: SingleArray = (self._shaking.contact_damping * critical).astype(np.float32)
+        dashpots: SingleArray = (self._shaking.dashpots * critical).astype(np.float32)
         return dashpots
 
     def set_time_step(self, time_step: float) -> None:

@@ -101,10 +101,11 @@ class ShakenMotion(ExplicitMotion):
     def _near(self) -> tuple[IntArray, Columns]:
         """Return the contacts (k,) that may close within a window, and their columns: the last cycle's gaps too."""
         rows, columns = super()._near()
-        if self._shaking.contact_damping > 0:
+        if self._shaking.dashpots > 0:
             position, contacts = self.residual.position, self.contacts
-            before, now = (contacts.relative_positions(where)[0] for where in (position - self._velocity, position))
-            columns["gap"] = (before - now)[rows].astype(np.float32)
+            before, now = (contacts.relative_positions(where)[:2] for where in (position - self._velocity, position))
+            for name, sign, one, other in zip(("gap", "last"), (1, -1), before, now, strict=True):
+                columns[name] = (sign * (one - other))[rows].astype(np.float32)
         return rows, columns
 
     def _at_half(self, velocity: FloatArray, time_step: float, before: float | None = None) -> FloatArray:
@@ -196,7 +197,7 @@ class ShakenMotion(ExplicitMotion):
         names = "dissipated", "damped"
         slip, damped = (column_of(share.works, name, len(self._rows)).astype(np.float64) for name in names)
         super()._keep(position, share)
-        if len(share.growths) or self._shaking.contact_damping > 0:
+        if len(share.growths) or self._shaking.dashpots > 0:
             slip = slip + self._lost_at_end(share)
         joint = self.contacts.joint[self._rows]  # -1, the last: of rock
         joints = len(self.memory.slip_energy)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -96,7 +97,7 @@ def share_of(
         closures=_chunks(CLOSURE, columns, count if columns["stiffening"].any() else 0),
         slips=_slips(contacts, catalogue, rows, always=works),
         growths=_growths(contacts, at, rows, columns),
-        works=_chunks(WORK, {"pressure": columns["pressure"]}, count) if works else None,
+        works=_chunks(WORK, _of_work(columns), count) if works else None,
     )
 
 
@@ -163,3 +164,10 @@ def _tangent(answer: JointResponse, pressure: FloatArray) -> tuple[FloatArray, .
     slope = np.where(np.isfinite(answer.by_pressure), answer.by_pressure, 0.0)
     intercept = np.minimum(answer.strength, UNLIMITED) - slope * pressure
     return intercept, slope, answer.failed.astype(float)
+
+
+def _of_work(columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns of work at the begin of a window: dashpots along the edge have the lag of those across it."""
+    stiffness = columns["normal_stiffness"].astype(np.float64)
+    lag = np.divide(columns["dashpot"], stiffness, out=np.zeros(len(stiffness)), where=stiffness > 0)
+    return {name: columns[name] for name in ("pressure", "last") if name in columns} | {"lag": lag}

@@ -13,7 +13,7 @@ import numpy as np
 from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.contact_columns import WIDTH
 
-ZERO = np.float32(0.0)
+ZERO, ONE = np.float32(0.0), np.float32(1.0)
 
 
 @njit(nogil=True, forceinline=True)
@@ -22,6 +22,29 @@ def begin_work(c: Any, w: Any) -> None:  # pragma: no cover - compiled
     for i in range(WIDTH):
         w.shear[i], w.stiffness[i] = c.carried[i], c.shear_stiffness[i]
         w.along[i], w.gap[i] = c.along[i], c.gap[i]
+
+
+@njit(nogil=True, forceinline=True)
+def shear_with_dashpots(c: Any, w: Any, t: Any) -> None:  # pragma: no cover - compiled
+    """Set the shear force within the strength, and what is cut off; open contacts have none.
+
+    A dashpot lies beside the spring, both in series with the slip: while it slips their sum is the strength. What the
+    spring carries goes on, without the dashpot's part.
+    """
+    for i in range(WIDTH):
+        along, closed, lag, k = t.along[i], t.closed[i], np.float32(w.lag[i]), c.shear_stiffness[i]
+        moved = along - c.along[i]
+        trial, strength = c.carried[i] + k * moved, max(t.strength[i], ZERO)
+        total = trial + lag * k * (moved if w.begun[i] > 0.0 else np.float32(w.last[i]))
+        excess = max(abs(total) - strength, ZERO) / (ONE + lag)
+        if w.begun[i] == 0.0:  # what was cut off in the last cycle of the former window is in `carried`
+            excess = max(abs(trial) - strength, ZERO)
+            total = trial if excess > ZERO else total
+        shear, spring = min(max(total, -strength), strength), trial - np.copysign(excess, total)
+        spring = shear if lag == ZERO else spring
+        t.shear[i], t.excess[i] = (shear, excess) if closed > ZERO else (ZERO, ZERO)
+        c.carried[i], c.along[i] = spring if closed > ZERO else ZERO, along
+        c.contacted[i] = max(c.contacted[i], closed)
 
 
 @njit(nogil=True, forceinline=True)
@@ -45,9 +68,11 @@ def add_work(c: Any, w: Any, t: Any) -> None:  # pragma: no cover - compiled
                 w.dissipated[i] += before**2 / (2 * w.stiffness[i]) - after**2 / (2 * stiffness)
                 w.dissipated[i] += (before - after) / 2 * moved
                 before = after
-            trial = before + stiffness * moved
-            excess = np.copysign(np.float64(t.excess[i]), trial) if t.closed[i] > ZERO else trial
-            w.dissipated[i] += (before + shear) / 2 * excess / stiffness
+            trial, drag = before + stiffness * moved, np.float64(t.shear[i]) - shear
+            excess = np.copysign(np.float64(t.excess[i]), trial + drag) if t.closed[i] > ZERO else trial
+            w.dissipated[i] += (before + w.shear_drag[i] + shear + drag) / 2 * excess / stiffness
+            w.damped[i] += w.begun[i] * (w.shear_drag[i] + drag) / 2 * (moved - excess / stiffness)
+            w.shear_drag[i] = drag
         if t.closed[i] == ZERO and w.pressure[i] < 0.0:  # a bond breaks
             w.dissipated[i] += w.pressure[i] ** 2 / (2 * np.float64(c.normal_stiffness[i]))
         drag = np.float64(t.pressure[i]) - pressure
