@@ -80,6 +80,6 @@ def energies_by_damping() -> str:
 
 
 TABLES = (
-    Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping),
+    Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
     Table(name="damped", page="docs/earthquakes.md", make=energies_by_damping, tolerance=0.05),
 )

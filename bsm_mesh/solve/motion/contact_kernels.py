@@ -54,10 +54,8 @@ def add_contact_forces(
 
     Parameters
     ----------
-    here : (n, 3) float64 [m, m, rad]
-        Movement since the reference.
-    sine, versine : (n,) float32
-        Of the turns in it.
+    here, sine, versine : (n, 3) float64 [m, m, rad], (n,) float32
+        Movement since the reference, sine and versine of the turns in it.
     block_a, block_b : (m,) uint32
         Blocks of the corner and of the edge.
     contacts : (c,) CONTACT
@@ -67,8 +65,7 @@ def add_contact_forces(
     """
     t = np.zeros(1, ROOM)[0]
     for k in range(contacts.size):
-        chunk, first = contacts[k], k * WIDTH
-        count = min(WIDTH, block_a.size - first)
+        chunk, first, count = contacts[k], k * WIDTH, min(WIDTH, block_a.size - k * WIDTH)
         _gather(here, sine, versine, block_a, block_b, first, count, t)
         if works is not None:
             begin_work(chunk, works[k])
