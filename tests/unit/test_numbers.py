@@ -58,6 +58,7 @@ HEAVY = (
     "constants",
     "cut_rock",
     "joint-laws",
+    "damped",
 )
 QUICK = [name for name, table in TABLES.items() if not table.is_slow]
 

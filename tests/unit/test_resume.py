@@ -23,6 +23,7 @@ from tests.scenes.interrupted import copies_of, fails, interrupted, stop, whole_
 from tests.scenes.large import tilted_courses
 from tests.scenes.model_folders import content, put_model
 from tests.scenes.models import model_of
+from tests.scenes.shaken import block_on_plane, quake
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import tree
 from tests.scenes.steps import begun
@@ -58,6 +59,27 @@ def test_resumed_from_checkpoints(tmp_path: Path, left: list[Path], name: str, s
         assert len(seen) < steps
         assert content(out) == wanted
         assert names(model.parent) == ["bolts.csv", "mesh.msh", "model.toml", "out"]
+
+
+@pytest.mark.usefixtures("at_every_step")
+def test_within_a_record(tmp_path: Path, left: list[Path]) -> None:
+    """Histories, energies, and the times of frames are those of a run that was not interrupted."""
+    shaking = bsm.Shaking(record=quake(4.0, 3.0), every=0.25)
+    given = block_on_plane(shaking, friction=0.2, histories=[bsm.History(name="b", block=1)])
+    model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
+    model.parent.mkdir()
+    for name, write in files_of_model(given, bsm.Options()).items():
+        write(model.parent / name)
+    text = model.read_text(encoding="utf-8")
+    model.write_text(text.replace("[output]", '[output]\nsnapshots = "steps"'), encoding="utf-8")
+    bsm.run(model, output=out)
+    wanted, copies = content(out), list(left)
+    within = [copy for copy in copies if 0 < len(list(copy.glob("**/blocks_0001_*.vtu"))) < 12]
+    assert within
+    for copy in within[::2]:
+        interrupted(model.parent, copy)
+        bsm.run(model, output=out, resume=True)
+        assert content(out) == wanted
 
 
 @pytest.mark.usefixtures("at_every_step")

@@ -75,7 +75,7 @@ def test_the_block_on_a_plane_beside_its_shaken_stage(scale):
 def test_an_incline_yields_at_the_difference_of_friction_and_dip():
     """`incline` falls to the left; uphill it yields beyond the peak of the record, so nothing slides there."""
     time, values = quake(6.0, 4.0)
-    answer = bsm.newmark(incline(40.0, 30.0), bsm.Shaking(record=(time, values)))
+    answer = bsm.newmark(incline(40.0, 30.0), bsm.Shaking(record=(time, values)), tolerance=0.005)
     left, right = answer.sides
     assert abs(left.limit.stable) - 1e-6 <= tan(10.0) <= abs(left.limit.unstable) + 1e-6
     assert left.sliding.permanent > left.least > 0
@@ -91,7 +91,18 @@ def commanded(tmp_path_factory):
     bsm.run(model.replace(stages=())).save(folder / "run")
     (folder / "quake.csv").write_text("time [s],acceleration [g]\n0,0.5\n0.3,0.5\n0.301,0\n1,0\n")
     out = folder / "out"
-    words = ["newmark", folder / "run" / "model.toml", "--record", folder / "quake.csv", "--side", "left", "-o", out]
+    words = [
+        "newmark",
+        folder / "run" / "model.toml",
+        "--record",
+        folder / "quake.csv",
+        "--side",
+        "left",
+        "--tolerance",
+        0.01,
+        "-o",
+        out,
+    ]
     done = CliRunner().invoke(cli, [*map(str, words), "-q"])
     assert done.exit_code == 0, done.stderr
     return done.stdout, out, folder
@@ -108,8 +119,8 @@ def test_the_command_prints_a_table_and_writes_files(commanded):
     assert side["blocks"] == [1]
     assert told["shaken"] is None
     low, high = side["displacement"]
-    assert low < EXACT * 1.01
-    assert EXACT < high < 1.02 * EXACT
+    assert low < 1.01 * EXACT  # the pulse of the file ends within 1 ms
+    assert EXACT < high < 1.15 * low
     with (out / "newmark.csv").open(encoding="utf-8") as file:
         last = list(csv.DictReader(file))[-1]
     assert_allclose(float(last["displacement left [m]"]), high, rtol=1e-9)
