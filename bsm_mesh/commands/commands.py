@@ -12,6 +12,7 @@ from bsm_mesh.folder.histories import history_file
 from bsm_mesh.folder.result_tables import BOLTS, FLOW, ON_REQUEST, TableForm
 from bsm_mesh.folder.results_folder import refuse_unwritable
 from bsm_mesh.folder.run_file import run_file
+from bsm_mesh.folder.shaking_files import SHAKEN_FILES
 from bsm_mesh.folder.summary import summary
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.modelfile.build_marks import geometry_faults
@@ -132,6 +133,7 @@ def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -
 def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:
     names = ("blocks", "contacts", "joints", "supports", "water", FLOW, BOLTS)
     series = ", ".join(f"{name}.pvd" for name in names if (folder / f"{name}.pvd").exists())
+    series += f", {', '.join(SHAKEN_FILES)}" if any(stage.shaking for stage in results.stages) else ""
     tables = [f"{name}.{ending}" for name in (BOLTS, FLOW, *ON_REQUEST) for ending in ("csv", "parquet")]
     series += "".join(f", {name}" for name in tables if (folder / name).exists())
     series += "".join(f", {history_file(name)}" for name in results.histories)

@@ -20,6 +20,7 @@ from bsm_mesh.results.shaking import ENERGIES, ShakingResult
 from bsm_mesh.text.csv_tables import CsvWriter
 
 ENERGY, PEAKS, TIMES = "energy.csv", "shaken_blocks.csv", "time_history.csv"
+SHAKEN_FILES = (ENERGY, PEAKS, TIMES)
 SCALARS = ("end_velocity", "time_step", "cycles", "windows", "heaviest", "imbalance")
 _TIMES = ("time [s]", "base_acceleration [m/s2]", *(f"{name} [N]" for name in ENERGIES))
 _PEAKS = ("peak_velocity [m/s]", "peak_acceleration [m/s2]", "heavier")
@@ -44,7 +45,7 @@ def write_shaking(results: Results, folder: Path) -> list[str]:
             peaks = zip(one.peak_velocity.tolist(), one.peak_acceleration.tolist(), one.heavier.tolist(), strict=True)
             writer.writerows([number, stage.name, block, *row[:2], int(row[2])] for block, row in enumerate(peaks))
     _write_times(results, folder)
-    return [ENERGY, PEAKS, TIMES]
+    return list(SHAKEN_FILES)
 
 
 def _write_times(results: Results, folder: Path) -> None:

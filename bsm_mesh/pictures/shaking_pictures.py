@@ -44,12 +44,12 @@ def draw_permanent(sheet: Sheet) -> str | None:
     if scene.stage.shaking is None:
         return None
     size = np.hypot(*scene.stage.stage_displacement[:, :2].T)
-    stays = np.where(scene.apart, 0.0, size)
+    stays = np.where(scene.down, 0.0, size)  # blocks at rest after a long way are the answer here
     greatest = float(stays[scene.shown].max(initial=0.0))
     if greatest == 0:
         return None
     factor, unit = prefixed_unit(stays[scene.shown], "m")
-    remark = add_blocks(sheet, stays / factor, f"permanent displacement, {unit}", "viridis")
+    remark = add_blocks(sheet, stays / factor, f"permanent displacement, {unit}", "viridis", ~scene.down)
     add_outline(sheet)
     return f"displacement that the shaking leaves, up to {engineering(greatest, 'm')}{remark}{add_gone(sheet)}"
 

@@ -6,13 +6,7 @@ from typing import Any
 
 from bsm_mesh.safety.earthquake import Newmark, SlidingSide
 
-HEADER = (
-    "blocks slide to the",
-    "yield acceleration [g]",
-    "displacement [m]",
-    "record turned over [m]",
-    "shaken stage [m]",
-)
+HEADER = ("to the", "yields at, g", "slides, m", "turned over, m", "shaken, m")
 
 
 def side_rows(answer: Newmark) -> list[tuple[str, ...]]:

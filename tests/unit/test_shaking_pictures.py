@@ -9,7 +9,7 @@ from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.pictures.pictures import figure_of
 from bsm_mesh.pictures.shaking_pictures import NAMES
 from bsm_mesh.results.shaking import ENERGIES
-from tests.scenes.shaken import quake, wall
+from tests.scenes.shaken import block_on_plane, quake, wall
 
 NEW = ("shaking_acceleration", "shaking_displacement", "shaking_histories", "shaking_energy")
 
@@ -38,6 +38,14 @@ def test_maps_show_what_the_results_say(results):
     left = figure_of(results, "shaking_displacement").axes[0].collections[0].get_array()
     moved = np.hypot(*stage.stage_displacement[:, :2].T)
     assert_allclose(left / left.max(), moved / moved.max())
+
+
+def test_a_block_at_rest_after_a_long_way_is_on_the_map():
+    pulse = bsm.Shaking(waveform="pulse", frequency=1, cycles=0.3, amplitude=5.0, duration=1.0, every=0.1)
+    results = bsm.run(block_on_plane(pulse, friction=0.2))
+    assert results.stages[-1].stage_displacement[1, 0] < -0.2  # of a block of 1 m by 0.5 m
+    shown = figure_of(results, "shaking_displacement").axes[0].collections[0].get_array()
+    assert_allclose(shown[1] / shown.max(), 1.0)
 
 
 def test_histories_are_drawn_over_time(results):

@@ -84,6 +84,18 @@ def test_an_incline_yields_at_the_difference_of_friction_and_dip():
     assert answer.shaken is None
 
 
+@pytest.mark.heavy
+def test_a_shaken_block_on_an_incline_slides_further_by_the_slope():
+    """Along the plane it gains cos(f - b) / cos(f) times what a block on a level plane of the same yield gains."""
+    friction, dip = 40.0, 30.0
+    shaking = bsm.Shaking(record=quake(4.0, 4.0), contact_damping=0.2, every=0.05)
+    model = incline(friction, dip).replace(stages=[bsm.Stage(name=STAGE, shaking=shaking)])
+    base, resists = BaseMotion(shaking), GRAVITY * tan(friction - dip)
+    level = slide(base, float(base.axis[0]), resists).permanent
+    moved = np.hypot(*bsm.run(model).stages[-1].stage_displacement[1, :2])
+    assert_allclose(moved, level * np.cos(np.radians(friction - dip)) / np.cos(np.radians(friction)), rtol=1e-2)
+
+
 @pytest.fixture(scope="module")
 def commanded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("newmark")
