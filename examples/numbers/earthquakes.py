@@ -55,8 +55,8 @@ def rocking_by_damping() -> str:
 
 
 def energies_by_damping() -> str:
-    """Return a row for every damping: energies of a wall after a record of 0.5 g, greatest and left movement."""
-    shaking = bsm.Shaking(record=quake(5.0, 5.0), every=0.05)
+    """Return a row for every damping: energies of a wall after a record of 0.3 g, greatest and left movement."""
+    shaking = bsm.Shaking(record=quake(3.0, 5.0), every=0.05)
     rows = []
     for name, given in OF_A_WALL.items():
         stage = bsm.run(wall(replace(shaking, **given), courses=8, bricks=2)).stages[-1]
@@ -81,5 +81,5 @@ def energies_by_damping() -> str:
 
 TABLES = (
     Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
-    Table(name="damped", page="docs/earthquakes.md", make=energies_by_damping, tolerance=0.05),
+    Table(name="damped", page="docs/earthquakes.md", make=energies_by_damping, tolerance=0.15),
 )

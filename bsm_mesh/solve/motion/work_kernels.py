@@ -31,19 +31,20 @@ def shear_with_dashpots(c: Any, w: Any, t: Any) -> None:  # pragma: no cover - c
     A dashpot lies beside the spring, both in series with the slip: while it slips their sum is the strength. What the
     spring carries goes on, without the dashpot's part.
     """
+    begun = np.float32(w.begun[0])  # of all contacts; what the last window cut off at its end is in `carried`
     for i in range(WIDTH):
         along, closed, lag, k = t.along[i], t.closed[i], np.float32(w.lag[i]), c.shear_stiffness[i]
         moved = along - c.along[i]
         trial, strength = c.carried[i] + k * moved, max(t.strength[i], ZERO)
-        total = trial + lag * k * (moved if w.begun[i] > 0.0 else np.float32(w.last[i]))
-        excess = max(abs(total) - strength, ZERO) / (ONE + lag)
-        if w.begun[i] == 0.0:  # what was cut off in the last cycle of the former window is in `carried`
-            excess = max(abs(trial) - strength, ZERO)
-            total = trial if excess > ZERO else total
-        shear, spring = min(max(total, -strength), strength), trial - np.copysign(excess, total)
+        total = trial + lag * k * (begun * moved + (ONE - begun) * np.float32(w.last[i]))
+        cut = begun * total + (ONE - begun) * trial
+        excess = max(abs(cut) - strength, ZERO) / (ONE + begun * lag)
+        shear, spring = min(max(total, -strength), strength), trial - np.copysign(excess, cut)
+        t.shear[i] = shear if closed > ZERO else ZERO
+        t.excess[i] = excess if closed > ZERO else ZERO
         spring = shear if lag == ZERO else spring
-        t.shear[i], t.excess[i] = (shear, excess) if closed > ZERO else (ZERO, ZERO)
-        c.carried[i], c.along[i] = spring if closed > ZERO else ZERO, along
+        c.carried[i] = spring if closed > ZERO else ZERO
+        c.along[i] = along
         c.contacted[i] = max(c.contacted[i], closed)
 
 
