@@ -43,9 +43,16 @@ OF_A_MESH = [  # without a script, for --no-scripts
     "bsm-mesh run model.toml",
     "bsm-mesh run model.toml -o out/steep",
 ]
+QUAKE = (
+    """python -c "open('quake.csv', 'w').write('time [s],acceleration [g]\\n0,0\\n0.1,0.3\\n0.3,-0.3\\n0.4,0\\n')" """
+)
+SHAKEN = (
+    """python -c "open('model.toml', 'a').write('\\n[[stage]]\\nname = \\'quake\\'\\n[stage.shaking]\\n"""
+    """record = \\'quake.csv\\'\\n')" """
+)
 PAGES = {  # pages that are followed, and what their reader has done before
     "docs/earth_pressure.md": [],
-    "docs/earthquakes.md": [],
+    "docs/earthquakes.md": [*SLOPE, QUAKE, SHAKEN],
     "docs/how_to.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": [*RUN, SURVEY],
