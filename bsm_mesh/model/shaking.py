@@ -27,6 +27,7 @@ Waveform = Literal["sine", "ricker", "pulse"]
 MotionQuantity = Literal["acceleration", "velocity"]
 Series = tuple[tuple[float, ...], tuple[float, ...]]
 HOUSNER = "housner"
+HOUSNER_DASHPOTS = 2.0  # over the critical ones: a block rebounds by a twentieth of its speed, by a seventh on critical
 RICKER_PERIODS = 3.0  # length of a Ricker wavelet, over its period: at both ends it is 1e-9 of its peak
 
 
@@ -62,8 +63,9 @@ class Shaking:
     every : float or None [s]
         Time between two values of histories and energies; None: a five-hundredth of the duration.
     contact_damping : float or "housner"
-        Dashpots of closed contacts across and along the face, over the critical ones; 0: none. ``"housner"``: critical
-        ones, with which a rocking block loses as much in an impact as Housner's (1963), whatever its slenderness.
+        Dashpots of closed contacts across and along the face, over the critical ones; 0: none. ``"housner"``: twice the
+        critical ones, with which a rocking block loses as much in an impact as Housner's (1963), whatever its
+        slenderness.
     mass_damping : (ratio, frequency) or None [-, Hz]
         Part of critical damping, at a frequency, of a drag on all blocks by their masses; None: none.
     time_step : float
@@ -130,8 +132,8 @@ class Shaking:
 
     @property
     def dashpots(self) -> float:
-        """Dashpots of closed contacts over the critical ones: 1 for ``"housner"``."""
-        return 1.0 if isinstance(self.contact_damping, str) else float(self.contact_damping)
+        """Dashpots of closed contacts over the critical ones: 2 for ``"housner"``."""
+        return HOUSNER_DASHPOTS if isinstance(self.contact_damping, str) else float(self.contact_damping)
 
     @property
     def drag(self) -> float:

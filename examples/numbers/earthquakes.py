@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.results.shaking import ENERGIES
 from examples.numbers.pages import Table, markdown
-from tests.scenes.shaken import QUIET, quake, rocking, wall
+from tests.scenes.models import GAMMA
+from tests.scenes.shaken import QUIET, housners_swings, quake, rocking, swings, wall
 
 DAMPINGS = (0.0, 0.2, "housner")
-SLENDERNESS, TILT, STIFFNESS = (2, 4, 8), 0.5, 4e9  # height over width; of the angle at which it stands on edge; Pa/m
-SWINGS = 2
+SLENDERNESS, SWINGS, MEMBERS = (2, 4, 8), 2, 12
+FAMILY = {"slenderness": (1.5, 8.0), "height": (0.5, 4.0), "stiffness": (1e9, 3e10), "tilt": (0.25, 0.75)}
 OF_A_WALL: dict[str, dict[str, object]] = {
     "none": {},
     "`contact_damping = 0.2`": {"contact_damping": 0.2},
@@ -23,35 +25,81 @@ OF_A_WALL: dict[str, dict[str, object]] = {
 }
 
 
-def swings_of(slenderness: float, damping: float | str, stiffness: float = STIFFNESS) -> list[float]:
-    """Return the first swings after impacts of a block 2 m high, over the angle at which it stands on edge."""
-    half_width = 1.0 / slenderness
-    angle = np.arctan2(half_width, 1.0)
-    shaking = bsm.Shaking(**QUIET, cycles=2.6, every=2e-3, contact_damping=damping)
-    time, turn, _ = rocking(half_width, 1.0, TILT * angle, shaking, kn=stiffness)
-    through = time[np.flatnonzero(np.sign(turn[1:]) != np.sign(turn[:-1]))]
-    impacts = through[np.insert(np.diff(through) > 0.1, 0, True)]
-    return [float(np.abs(turn[(time > a) & (time < c)]).max() / angle) for a, c in pairwise(impacts[: SWINGS + 1])]
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """A block that is let go: height over width, height [m], joint stiffness [Pa/m], part of its angle on edge."""
+
+    slenderness: float
+    height: float = 2.0
+    stiffness: float = 4e9
+    tilt: float = 0.5
+
+    @property
+    def angle(self) -> float:
+        """The angle at which it stands on edge [rad]."""
+        return float(np.arctan2(1.0, self.slenderness))
+
+    @property
+    def lifts(self) -> float:
+        """The turn at which an edge lifts off its joint, over the angle on edge: how soft the joint is."""
+        half_width = self.height / self.slenderness / 2
+        sinks = GAMMA * self.height / self.stiffness  # at rest, by its weight
+        return sinks / half_width / self.angle
 
 
-def swings_of_housner(slenderness: float) -> list[float]:
-    """Return the same by Housner (1963): the rate of turn after an impact is 1 - 3/2 sin^2 a of that before."""
-    kept = (1 - 1.5 * np.sin(np.arctan2(1.0, slenderness)) ** 2) ** (2 * np.arange(1, SWINGS + 1))
-    swings: list[float] = (1 - np.sqrt(1 - kept * (1 - (1 - TILT) ** 2))).tolist()
-    return swings
+def swings_of(block: Block, damping: float | str) -> FloatArray:
+    """Return the first swings after impacts of a block, over the angle at which it stands on edge."""
+    half_height = block.height / 2
+    length = 9 * np.sqrt(4 * half_height / np.cos(block.angle) / (3 * GRAVITY))  # two swings from three quarters on
+    shaking = bsm.Shaking(**QUIET, cycles=length, every=2e-3, contact_damping=damping)
+    time, turn, _ = rocking(
+        half_height / block.slenderness, half_height, block.tilt * block.angle, shaking, kn=block.stiffness
+    )
+    found: FloatArray = swings(time, turn, SWINGS) / block.angle
+    return found
+
+
+def swings_of_housner(block: Block) -> FloatArray:
+    """Return the same by Housner (1963), without small angles."""
+    found: FloatArray = housners_swings(block.angle, block.tilt * block.angle, SWINGS) / block.angle
+    return found
 
 
 def rocking_by_damping() -> str:
     """Return a row for every slenderness: swings by damping, and those of Housner."""
     rows = []
     for slenderness in SLENDERNESS:
-        found = [swings_of(slenderness, damping) for damping in DAMPINGS] + [swings_of_housner(slenderness)]
+        block = Block(slenderness=slenderness)
+        found = [swings_of(block, damping) for damping in DAMPINGS] + [swings_of_housner(block)]
         rows += [
             (str(slenderness), str(k + 1), *("-" if len(one) <= k else f"{one[k]:.4f}" for one in found))
             for k in range(SWINGS)
         ]
     names = [f"`{damping}`" if isinstance(damping, float) else f'`"{damping}"`' for damping in DAMPINGS]
     return markdown(("height over width", "swing", *names, "Housner (1963)"), rows)
+
+
+def random_rocking() -> str:
+    """Return a row for every block of a random family: errors of its swings on critical dashpots, and Housner's."""
+    random = np.random.default_rng(5963)
+    blocks = [
+        Block(
+            slenderness=float(np.exp(random.uniform(*np.log(FAMILY["slenderness"])))),
+            height=float(np.exp(random.uniform(*np.log(FAMILY["height"])))),
+            stiffness=float(np.exp(random.uniform(*np.log(FAMILY["stiffness"])))),
+            tilt=float(random.uniform(*FAMILY["tilt"])),
+        )
+        for _ in range(MEMBERS)
+    ]
+    rows = []
+    for block in sorted(blocks, key=lambda block: block.lifts):
+        exact = swings_of_housner(block)
+        errors = [100 * (swings_of(block, damping) / exact - 1) for damping in (1.0, "housner")]
+        given = f"{block.slenderness:.2f}", f"{block.height:.2f}", f"{block.stiffness / 1e9:.1f}", f"{block.tilt:.2f}"
+        rows.append((*given, f"{1000 * block.lifts:.2f}", *(f"{one[k]:.2f}" for one in errors for k in range(SWINGS))))
+    header = ("height over width", "height, m", "joint, GPa/m", "let go at", "lifts at, 1/1000")
+    header += ("`1`: swing 1, %", "swing 2, %", '`"housner"`: swing 1, %', "swing 2, %")
+    return markdown(header, rows)
 
 
 def energies_by_damping() -> str:
@@ -81,5 +129,6 @@ def energies_by_damping() -> str:
 
 TABLES = (
     Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
+    Table(name="random-rocking", page="docs/earthquakes.md", make=random_rocking, is_slow=True),
     Table(name="damped", page="docs/earthquakes.md", make=energies_by_damping, tolerance=0.15),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 import bsm_mesh as bsm
@@ -70,3 +72,20 @@ def quarter(time, turn):
     """Return when a turn is first zero [s]."""
     k = int(np.flatnonzero(np.sign(turn[1:]) != np.sign(turn[:-1]))[0])
     return time[k] - turn[k] * (time[k + 1] - time[k]) / (turn[k + 1] - turn[k])
+
+
+def swings(time, turn, count):
+    """Return the greatest turns [rad] after each of the first impacts of a rocking block, so many at most."""
+    through = time[np.flatnonzero(np.sign(turn[1:]) != np.sign(turn[:-1]))]
+    impacts = through[np.insert(np.diff(through) > 0.1, 0, True)][: count + 1]
+    return np.array([np.abs(turn[(time > begin) & (time < end)]).max() for begin, end in pairwise(impacts)])
+
+
+def housners_swings(angle, begin, count):
+    """Return the same of Housner's block (1963) that is let go at `begin` and stands on edge at `angle` [rad].
+
+    The rate of turn after an impact is r = 1 - 3/2 sin^2 a of that before, so the depth of the centre below its highest
+    place falls by r^2. No angle is taken as small: at 27 degrees Housner's own linear form is .8 % lower.
+    """
+    kept = (1 - 1.5 * np.sin(angle) ** 2) ** (2 * np.arange(1, count + 1))
+    return angle - np.arccos(np.cos(angle) + kept * (np.cos(angle - begin) - np.cos(angle)))

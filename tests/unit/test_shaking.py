@@ -79,8 +79,8 @@ def test_a_record_is_integrated_exactly_between_its_values():
     assert_allclose(base.at_end[0], 4.0)
 
 
-def test_housners_damping_is_critical():
-    assert bsm.Shaking(**SINE, contact_damping="housner").dashpots == 1.0
+def test_housners_damping_is_twice_the_critical_one():
+    assert bsm.Shaking(**SINE, contact_damping="housner").dashpots == 2.0
     assert bsm.Shaking(**SINE, contact_damping=0.2).dashpots == 0.2
 
 
