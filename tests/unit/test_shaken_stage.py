@@ -8,9 +8,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.converters.continuum import departures
 from bsm_mesh.results.spread import spread_text
 from bsm_mesh.solve.stages import as_built
+from bsm_mesh.solve.zones import departures
 from tests.scenes.shaken import STAGE, block_on_plane, quake, shaken, wall
 from tests.scenes.shapes import rectangle, running_bond
 
