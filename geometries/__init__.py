@@ -28,10 +28,11 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.fractures import read_fractures
     from bsm_mesh.geometries.gmsh_joints import find_curves, fragment_by_joints
     from bsm_mesh.geometries.joint_sets import Fault, JointSet, bedding
+    from bsm_mesh.geometries.kinematic_net import draw_kinematics
+    from bsm_mesh.geometries.kinematics import Kinematics, kinematic_screening
     from bsm_mesh.geometries.orientations import (
         apparent_dip,
         apparent_spacing,
-        draw_stereonet,
         joint_set_in_section,
         joint_sets_of_scan_line,
     )
@@ -42,7 +43,8 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
     from bsm_mesh.geometries.short_sides import close_short_sides
     from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal, PowerLaw
-    from bsm_mesh.geometries.trace_tables import read_scan_line
+    from bsm_mesh.geometries.stereonet import draw_stereonet
+    from bsm_mesh.geometries.trace_tables import read_orientations, read_scan_line
     from bsm_mesh.geometries.traces import read_traces
 
 __all__ = [
@@ -58,6 +60,7 @@ __all__ = [
     "Heads",
     "JointAccount",
     "JointSet",
+    "Kinematics",
     "Lognormal",
     "Normal",
     "Opening",
@@ -80,6 +83,7 @@ __all__ = [
     "close_short_sides",
     "cut_blocks",
     "dam",
+    "draw_kinematics",
     "draw_stereonet",
     "find_case",
     "find_curves",
@@ -88,12 +92,14 @@ __all__ = [
     "horseshoe",
     "joint_set_in_section",
     "joint_sets_of_scan_line",
+    "kinematic_screening",
     "mesh_blocks",
     "name_groups",
     "parse_group_name",
     "parse_settings",
     "quarter_blocks",
     "read_fractures",
+    "read_orientations",
     "read_scan_line",
     "read_traces",
     "rectangle",
@@ -108,9 +114,13 @@ _HOME = {
     "abutting_sets": "bsm_mesh.geometries.abutting",
     "apparent_dip": "bsm_mesh.geometries.orientations",
     "apparent_spacing": "bsm_mesh.geometries.orientations",
-    "draw_stereonet": "bsm_mesh.geometries.orientations",
+    "draw_stereonet": "bsm_mesh.geometries.stereonet",
     "joint_set_in_section": "bsm_mesh.geometries.orientations",
     "joint_sets_of_scan_line": "bsm_mesh.geometries.orientations",
+    "Kinematics": "bsm_mesh.geometries.kinematics",
+    "kinematic_screening": "bsm_mesh.geometries.kinematics",
+    "draw_kinematics": "bsm_mesh.geometries.kinematic_net",
+    "read_orientations": "bsm_mesh.geometries.trace_tables",
     "read_fractures": "bsm_mesh.geometries.fractures",
     "read_scan_line": "bsm_mesh.geometries.trace_tables",
     "read_traces": "bsm_mesh.geometries.traces",

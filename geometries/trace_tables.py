@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.reading import as_path, faults_of_geometry
 from bsm_mesh.geometries.trace_lines import UNNAMED, TraceLines
 from bsm_mesh.named_units import ANGLES, LENGTHS
@@ -78,27 +79,59 @@ def read_scan_line(path: str | os.PathLike[str]) -> list[dict[str, float | str]]
     GeometryError
         With every row that is wrong.
     """
+    return _mapped(path, SCAN_COLUMNS, "distance, dip, dip_direction and set of a joint")
+
+
+def read_orientations(path: str | os.PathLike[str]) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return dips and dip directions [degrees] of every set of a CSV file with the columns ``dip, dip_direction, set``.
+
+    Without the column ``set`` all planes are of one set, "joints". The table of a scan line will do.
+
+    Raises
+    ------
+    GeometryError
+        With every row that is wrong.
+    """
+    columns = {name: ANGLES for name in ("dip", "dip_direction")}
+    rows = _mapped(path, columns, "dip and dip_direction of a joint, and its set", set_is_given=False)
+    names = dict.fromkeys(str(row["set"]) for row in rows)
+    if not names:
+        raise GeometryError(f"{path}: no row with a joint; give dip and dip_direction")
+    return {
+        name: (
+            np.array([float(row["dip"]) for row in rows if row["set"] == name]),
+            np.array([float(row["dip_direction"]) for row in rows if row["set"] == name]),
+        )
+        for name in names
+    }
+
+
+def _mapped(
+    path: str | os.PathLike[str], wanted: Mapping[str, dict[str, float]], holds: str, *, set_is_given: bool = True
+) -> list[dict[str, float | str]]:
+    """Return the rows of a table of mapped joints, its columns in m and degrees, and the name of the set."""
     file = as_path("path", path)
     found: list[dict[str, float | str]] = []
     faults: list[str] = []
     with faults_of_geometry():
-        rows = read_rows(file, "distance, dip, dip_direction and set of a joint")
-        *columns, of = rows.columns(*SCAN_COLUMNS, "set")
-        factors = [rows.factor(column, SCAN_COLUMNS[rows.names[column]], "m or deg") for column in columns]
+        rows = read_rows(file, holds)
+        columns = rows.columns(*wanted)
+        of = rows.columns("set")[0] if set_is_given or "set" in rows.names else None
+        factors = [rows.factor(column, wanted[rows.names[column]], "m or deg") for column in columns]
     for row, cells in enumerate(rows.cells):
         wrong = len(faults)
         numbers = [rows.finite(row, c, faults) * factor for c, factor in zip(columns, factors, strict=True)]
         if len(faults) > wrong:
             continue
-        values = dict(zip(SCAN_COLUMNS, numbers, strict=True))
+        values = dict(zip(wanted, numbers, strict=True))
         place = rows.place(row)
         if not 0 <= values["dip"] <= 90:
             faults.append(f"{place}: dip = {values['dip']:g} must be from 0 to 90 degrees")
         if not -360 <= values["dip_direction"] <= 360:
             faults.append(f"{place}: dip_direction = {values['dip_direction']:g} is no angle up to 360 degrees")
-        if not abs(values["distance"]) < FARTHEST:
+        if not abs(values.get("distance", 0.0)) < FARTHEST:
             faults.append(f"{place}: distance = {values['distance']:g} must be below {FARTHEST:g} m")
-        found.append({**values, "set": cells[of]})
+        found.append({**values, "set": ("joints" if of is None else cells[of]) or "joints"})
     if faults:
         raise GeometryError(faults)
     return found

@@ -257,6 +257,26 @@ def key_blocks(model: Path, output: Path | None, picture: bool, proof: bool, as_
     find_key_blocks(model, output, as_json=as_json, picture=picture, proof=proof, scripts=not no_scripts)
 
 
+@cli.command()
+@click.argument("table", type=PATH)
+@click.option("--face", type=(float, float), required=True, metavar="DIP DIRECTION", help="Of the slope [degrees].")
+@click.option("--friction", type=float, required=True, help="Friction angle of the joints [degrees].")
+@click.option("--lateral-limit", type=float, default=20.0, show_default=True, help="Planar sliding, direct toppling.")
+@click.option("--toppling-limit", type=float, default=30.0, show_default=True, help="Flexural toppling.")
+@click.option("-o", "--output", type=PATH, help="Folder for the files; out/NAME beside NAME.csv by default.")
+@click.option("--picture/--no-picture", default=True, help="Draw kinematics.png.")
+@json_option
+def kinematics(table: Path, output: Path | None, as_json: bool, picture: bool, **asked: Any) -> None:
+    """Screen the joints of TABLE against a slope: sliding and toppling by orientation alone.
+
+    TABLE is a CSV file with the columns dip, dip_direction and set. Planar and wedge sliding (Markland), flexural
+    toppling (Goodman and Bray) and direct toppling (Hudson and Harrison), for all planes and lines of intersection.
+    """
+    from bsm_mesh.commands.kinematics import screen_slope
+
+    screen_slope(table, output, as_json=as_json, picture=picture, **asked)
+
+
 @cli.command("joint-test")
 @model_argument
 @click.option("--joint", required=True, metavar="NAME", help="The joint to test.")

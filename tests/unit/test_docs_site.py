@@ -55,13 +55,15 @@ def test_dead_links_of_a_site_are_found(tmp_path: Path) -> None:
 
 
 NO_EXAMPLE = {  # public names that are given, caught or come out, and functions on files of one's own: why
-    "comes out": "JointResponse Comparison ContinuumSolution MeshReport Note NoteKind BlockCut JointAccount Parameter",
+    "comes out": "JointResponse Kinematics Comparison ContinuumSolution MeshReport Note NoteKind BlockCut JointAccount "
+    "Parameter",
     "is part of a name": "GroupKind GroupName Case",
     "is shown by the page of its feature": "Beside Drain Flow FlowChange Grout Well",
     "is a warning": "MeshWarning ResultsWarning",
     "is asked for by its family's example": "EdgeTractions Constant Normal Exponential PowerLaw Heads",
     "needs files, and runs in the pages": "load study back_analysis read_blocks read_mesh convert_meshio compare "
-    "read_fractures read_scan_line read_traces joint_sets_of_scan_line draw_stereonet find_curves fragment_by_joints "
+    "read_fractures read_scan_line read_traces joint_sets_of_scan_line read_orientations draw_stereonet "
+    "draw_kinematics find_curves fragment_by_joints "
     "write_blocks write_mesh mesh_blocks quarter_blocks close_short_sides name_groups parse_settings case_parameters "
     "OutlineMesher GeometryError stope vaulted_box",
 }

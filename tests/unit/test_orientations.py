@@ -16,13 +16,8 @@ from bsm_mesh.geometries import (
     joint_set_in_section,
     joint_sets_of_scan_line,
 )
-from bsm_mesh.geometries.orientations import (
-    _friction_circles,
-    line_directions,
-    mean_normal,
-    project,
-    upward_normals,
-)
+from bsm_mesh.geometries.orientations import line_directions, mean_normal, upward_normals
+from bsm_mesh.geometries.stereonet import friction_circles, project
 
 ANGLES = np.random.default_rng(11).uniform([0, 0, 0], [90, 360, 360], (200, 3))
 
@@ -104,7 +99,7 @@ def test_the_stereonet_is_a_picture(tmp_path: Path) -> None:
 @pytest.mark.parametrize("friction", [20.0, 45.0])
 def test_friction_circles_part_planes_and_lines(friction: float) -> None:
     """A plane's pole lies as far from the centre as its dip; a line of the same plunge as far from the rim."""
-    (flat, _, _), (steep, _, _) = _friction_circles(friction)
+    (flat, _, _), (steep, _, _) = friction_circles(friction)
     pole, line = (
         project(-upward_normals(friction, 70)),
         project(line_directions(np.array([70.0]), np.array([friction]))),
