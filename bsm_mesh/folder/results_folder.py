@@ -1,8 +1,8 @@
 """A results folder: where a run may write, and how a finished one takes the place of the former results.
 
-Beside ``NAME`` stand, for as long as they are needed, ``NAME.running`` (a run under way), ``NAME.interrupted`` (the
-finished stages of one that did not come to its end), ``NAME.former`` (the former results on their way out) and the
-lock ``.NAME.lock``.
+A folder of a run is in one of the four states of `State`, and the ending of its name says which. A file beside it,
+``.NAME.lock``, is locked while a run writes. Every change of state is one renaming (`docs/architecture.md` draws them).
+A process may be killed between any two of them: `ResultsFolder.recover` of the next run ends the change.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError, raise_faults
@@ -35,6 +36,19 @@ from bsm_mesh.locks import free_lock, holder, take_lock
 from bsm_mesh.modelfile.reach import BESIDE
 
 CURE = "choose a new or an empty folder"
+
+
+class State(StrEnum):
+    """State of a folder of a run, and the ending of its name."""
+
+    RUNNING = ".running"
+    """Finished stages and the checkpoint of a run that is under way or was killed."""
+    INTERRUPTED = ".interrupted"
+    """The same of a run that ended early."""
+    FINISHED = ""
+    """Complete results."""
+    FORMER = ".former"
+    """Complete results that newer ones replace."""
 
 
 def refuse_unwritable(folder: Path, what: str = "results") -> None:
@@ -77,28 +91,29 @@ class ResultsFolder:
         """The folder itself, links resolved: it is renamed, and what leads to it is not."""
         return Path(os.path.realpath(self.path))
 
+    def at(self, state: State) -> Path:
+        """Return the folder of a run in a state."""
+        return self.place.with_name(f"{self.place.name}{state}")
+
     @property
     def running(self) -> Path:
-        """Where a run writes until it is finished."""
-        return self._beside(".running")
+        """The folder that a run writes into until it is finished."""
+        return self.at(State.RUNNING)
 
     @property
     def interrupted(self) -> Path:
-        """What an interrupted run left."""
-        return self._beside(".interrupted")
+        """The folder of an interrupted run."""
+        return self.at(State.INTERRUPTED)
 
     @property
     def former(self) -> Path:
         """The former results, while new ones take their place."""
-        return self._beside(".former")
+        return self.at(State.FORMER)
 
     @property
     def lock(self) -> Path:
         """The file whose lock a run holds."""
         return self.place.with_name(f".{self.place.name}.lock")
-
-    def _beside(self, ending: str) -> Path:
-        return self.place.with_name(f"{self.place.name}{ending}")
 
     def told(self, beside: Path) -> Path:
         """Return a folder beside this one as the user would call it."""

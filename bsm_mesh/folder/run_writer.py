@@ -28,7 +28,7 @@ from bsm_mesh.folder.own_files import (
     tidy,
 )
 from bsm_mesh.folder.result_tables import USUAL, OutputForm, write_tables
-from bsm_mesh.folder.results_folder import ResultsFolder, told_fault
+from bsm_mesh.folder.results_folder import ResultsFolder, State, told_fault
 from bsm_mesh.folder.shaking_files import write_shaking
 from bsm_mesh.folder.snapshots import Snapshots
 from bsm_mesh.folder.summary import fingerprint, finished_stages, summary_text
@@ -92,7 +92,7 @@ class RunWriter:
         self._stages: tuple[StageResult, ...] = ()
         self._files: dict[str, dict[str, Any]] = {}
         self._loose: set[str] = set()  # written, but perhaps not on the disk itself
-        self._begun = self._complete = False
+        self._state: State | None = None  # of what it has written; None: nothing yet
         self._held = ExitStack()
 
     def __enter__(self) -> Self:
@@ -111,11 +111,11 @@ class RunWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            if self._complete and error is not None:
+            if self._state is State.FINISHED and error is not None:
                 with suppress(OSError, ModelError):  # told already
                     self.folder.recover()
                     error.add_note(f"the run was at its end: its results are in {self.folder.path}")
-            elif not self._complete and (self._begun or isinstance(error, KeyboardInterrupt)):
+            elif self._state is State.RUNNING or (self._state is None and isinstance(error, KeyboardInterrupt)):
                 self._end_early(error)
         finally:
             self._held.close()
@@ -135,7 +135,7 @@ class RunWriter:
             if left.place != self._place:
                 clear(self._place)
                 move(left.place, self._place)
-            self._begun, self._files = True, dict(left.told["files"])
+            self._state, self._files = State.RUNNING, dict(left.told["files"])
             self._snapshots.recall(left.told["snapshots"])
             if left.results is None:
                 remove(self._place / SUMMARY)
@@ -194,7 +194,7 @@ class RunWriter:
             self._remove_snapshots(at_an_end)
             self._settle()
             self._write_summary(results)
-            self._complete = True
+            self._state = State.FINISHED
         try:
             self.folder.put_in_place()
         except OSError as error:
@@ -217,9 +217,9 @@ class RunWriter:
             raise ModelError(f"cannot write results to {self.folder.path}: {told_fault(error)}") from error
 
     def _begin(self) -> None:
-        if self._begun:
+        if self._state is not None:
             return
-        self._begun = True
+        self._state = State.RUNNING
         place = self.folder.place
         make_folder(self._place)
         if place.is_dir():

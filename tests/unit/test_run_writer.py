@@ -19,8 +19,10 @@ from bsm_mesh.arrays import content_hash
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.own_files import MARKER
+from bsm_mesh.folder.results_folder import State
 from bsm_mesh.folder.run_writer import RunWriter
 from bsm_mesh.folder.storage import save_results
+from bsm_mesh.modelfile.reach import BESIDE
 from bsm_mesh.results import Results
 from tests.file_operations import count_operations, drafts, full_disk, killed_at, names, watched
 from tests.scenes import models, shapes
@@ -28,6 +30,10 @@ from tests.scenes import models, shapes
 pytestmark = pytest.mark.robust
 
 LINEAR = bsm.Options(scheme="linear")
+
+
+def test_names_kept_for_runs_are_those_of_states() -> None:
+    assert set(BESIDE) == {state for state in State if state}
 
 
 def staged(pressure: float = 1e5) -> bsm.Model:
@@ -276,6 +282,7 @@ def test_a_second_run_into_a_folder_is_refused(tmp_path: Path, old: Results) -> 
 def test_another_process_is_refused_and_takes_over_from_a_dead_one(tmp_path: Path, old: Results) -> None:
     code = f"""
 import os, pathlib, sys
+from bsm_mesh.folder.results_folder import State
 from bsm_mesh.folder.run_writer import RunWriter
 with RunWriter(pathlib.Path({str(tmp_path / "out")!r})):
     print("held", flush=True)
@@ -385,6 +392,7 @@ def test_a_reader_while_results_are_replaced_again_and_again(tmp_path: Path, old
     root = str(Path(bsm.__file__).parents[1])
     code = f"""
 import pathlib, sys
+from bsm_mesh.modelfile.reach import BESIDE
 from bsm_mesh.results import Results
 known = {[[r.model_digest, float(r.stages[-1].displacement.sum())] for r in (old, new)]!r}
 Results.load({str(folder)!r})  # imports what reading takes
