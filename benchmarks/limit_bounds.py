@@ -20,7 +20,7 @@ from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.limit import interior_point
 from examples.numbers.pages import with_table
 
-PAGE = Path(__file__).parents[1] / "docs/decisions/0067-limit-analysis-by-clarabel-s-interior-point-method.md"
+PAGE = Path(__file__).parents[1] / "docs/experiments/limit_analysis.md"
 TENTHS = 0, 1, 2, 4, interior_point.TENTHS, 10  # 0: multipliers are not corrected
 
 

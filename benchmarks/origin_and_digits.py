@@ -22,7 +22,7 @@ from bsm_mesh.solve.limit_analysis import strength_limit
 from examples.numbers.pages import with_table
 from tests.scenes.slope_mesh import moved, slope_mesh, slope_model, with_coordinates
 
-PAGE = Path(__file__).parents[1] / "docs/decisions/0089-nodes-straight-to-the-digits-of-the-file.md"
+PAGE = Path(__file__).parents[1] / "docs/experiments/limit_analysis.md"
 MAP, FOOT = (512345.0, 4501234.0), 0.3048
 FILES: dict[str, tuple[dict[str, Any], float]] = {
     "map": ({"by": MAP}, 1.0),

@@ -2,6 +2,9 @@
 
 The pages are read where they are, as Markdown in the repository. A copy with the same folders gets the pages that are
 made here: the gallery of examples, with their pictures and model files, and the reference of the Python interface.
+
+Sphinx with myst-parser: MkDocs is no longer maintained. `docs/` holds no directive, so that the pages are read in the
+repository as they are.
 """
 
 from __future__ import annotations

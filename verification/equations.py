@@ -131,7 +131,7 @@ EQUATIONS: tuple[Equation, ...] = (
              holds=("bsm_mesh.solve.continuation.wang:WangIteration.run",),
              tests=("verification/test_wang_iteration.py::test_cycles_of_a_slide",),
              note='`scheme = "wang"`, with six corrections '
-             '([decision](decisions/0028-the-thesis-s-iteration-is-kept-mended.md))'),
+             '([decision](experiments/thesis_scheme.md))'),
     Equation(numbers="4.11", what="new coordinates of a point",
              holds=("bsm_mesh.contact.force_kernels:relative_positions", f"{BOLTS}.kernels:node_movements"),
              note="rotations are exact: with [B]{U} blocks grow"),

@@ -1,4 +1,8 @@
-"""Which steps of a movement are kept as snapshots: a bounded number, evenly spread."""
+"""Which steps of a movement are kept as snapshots: a bounded number, evenly spread.
+
+Every snapshot has all arrays of a stage's end, since ParaView drops arrays that one time does not have. At 200
+snapshots every second one is removed and the stride doubles, so that 100 to 200 remain of a run of any length.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""A model as the text of a model file: as it was read and run, or as it was built in Python."""
+"""A model as the text of a model file: as it was read and run, or as it was built in Python.
+
+The text is not read back as a check: for 100 000 blocks that would double the time of saving. The summary has the
+model's hash.
+"""
 
 from __future__ import annotations
 

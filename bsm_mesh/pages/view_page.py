@@ -1,4 +1,8 @@
-"""The page of ``bsm-mesh view``: a Bokeh document with the results in it, and a script that shows them."""
+"""The page of ``bsm-mesh view``: a Bokeh document with the results in it, and a script that shows them.
+
+Bokeh draws polygons with a colour each in one object and selects each by a click; in Plotly a colour is a trace, and
+pydeck has no widgets. The script in the page is 2 MB. WebGL is of no use: in Bokeh it draws no polygons.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Where text leaves for the terminal: everything that a command says goes through here."""
+"""Where text leaves for the terminal: everything that a command says goes through here.
+
+Control characters of names are escaped here and in the text of a `ModelError`. Files and pictures keep names as given.
+"""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from bsm_mesh.errors import ModelError
 
 TOLERANCE = 1e-10  # of feasibility and of the gap, sought
 ENOUGH = 1e-8  # of both, where rounding allows no more: what HiGHS leaves is 1e-7
-REGULARIZATION = 1e-7  # of the matrices: with Clarabel's own 1e-8 one program in six near its limit is given up (D0067)
+REGULARIZATION = 1e-7  # of the matrices: with Clarabel's own 1e-8 one program in six near its limit is given up
 TENTHS = 7  # shares of its slack, 1, 0.1, ..., that the multiplier of a bound which is met exceeds: clear cut first
 PASSES = 4  # of refinement: each leaves what `NEARNESS` is of the squares of the least singular value
 NEARNESS = 1e-10  # weight of the change against what is to be corrected
