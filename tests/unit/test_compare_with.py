@@ -14,45 +14,17 @@ from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.converters.continuum.foreign_fields import FieldNames, length_factor, plane_fields
 from bsm_mesh.converters.continuum.outside import compare_with, stages_of
-from bsm_mesh.converters.continuum.sampled import block_averages_of, grid_of
+from bsm_mesh.converters.continuum.sampled import block_averages_of
 from bsm_mesh.converters.meshes.foreign_files import read_foreign
-from bsm_mesh.converters.vtk_files import read_pvd, read_vtu, sample, write_pvd
+from bsm_mesh.converters.vtk_files import read_pvd, read_vtu, write_pvd
 from bsm_mesh.errors import ModelError
 from bsm_mesh.modelfile.build import load_model_file
-from bsm_mesh.named_units import LENGTHS, STRESSES, factor_of, unit_in
 from tests.scenes.continuum import HEAVY, slab
+from tests.scenes.foreign_results import NONE, check, linear, theirs
 from tests.scenes.models import LINEAR
 from tests.scenes.small_case import Case
 
 TUNNEL = Path(__file__).parents[2] / "examples/01_circular_tunnel/homogeneous.toml"
-EXACT = 1e-9  # of the greatest: linear fields are averaged exactly
-NONE = FieldNames(arrays={}, factors={})
-
-
-def theirs(n=7, kind="triangle"):
-    """Return points and elements of a mesh of 4 m x 3 m that fits no block."""
-    x, y = np.meshgrid(np.linspace(0, 4, n + 1), np.linspace(0, 3, n + 1))
-    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    i = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    quads = np.stack([i, i + 1, i + n + 2, i + n + 1], axis=1)
-    cells = quads if kind == "quad" else np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    return points, cells
-
-
-def linear(points):
-    """Return a displacement and a stress (xx, yy, xy) that are linear in x and y."""
-    x, y = points[:, 0], points[:, 1]
-    u = 1e-3 * np.stack([1 + x - 2 * y, 0.5 * x + y], axis=1)
-    return u, 1e6 * np.stack([-1 - x, -3 + y, 0.2 * x], axis=1)
-
-
-def check(averages, blocks):
-    u, s = linear(blocks.moments.centroid)
-    for name, exact in zip(("ux", "uy", "sxx", "syy", "sxy"), np.hstack([u, s]).T, strict=True):
-        assert_allclose(averages.fields[name], exact, atol=EXACT * np.abs(exact).max())
-    assert_allclose(averages.covered, 1.0, rtol=1e-9)
-
-
 CONVENTIONS = {
     "SI, six components": (lambda u, s: {"U": u, "S": six(s)}, NONE),
     "Code_Aster": (lambda u, s: {"res__DEPL": u, "res__SIEF_NOEU": np.insert(s, 2, 0.0, axis=1)}, NONE),
@@ -284,94 +256,6 @@ def test_pictures_of_both_sides_and_the_difference(case: Case) -> None:
                 assert image.width == 1850  # three panels side by side
 
 
-def table(path, points, u, s, header, parting=",", point="."):
-    values = np.column_stack([points, u, s]).tolist()
-    rows = [parting.join(repr(value).replace(".", point) for value in row) for row in values]
-    path.write_text("\n".join([parting.join(header), *rows]), encoding="utf-8-sig")
-    return read_foreign(path)
-
-
-RS2 = ["x_coord (m)", "y_coord (m)", "Horizontal Displacement (mm)", "Vertical Displacement (mm)"]
-RS2 += ["Sigma XX (MPa)", "Sigma YY (MPa)", "Sigma XY (MPa)"]
-
-
-@pytest.mark.parametrize(("parting", "point"), [(",", "."), (";", ","), ("\t", ".")])
-def test_a_table_of_nodes(tmp_path, parting, point):
-    """As RS2's nodes: in mm and MPa by the names of the columns, compression positive, a node of a joint twice."""
-    points = theirs()[0][:, :2]
-    points = np.vstack([points, points[9:12]])
-    u, s = linear(points)
-    u[9:12] -= 1e-4
-    u[-3:] += 1e-4
-    result = table(tmp_path / "rs2.csv", points, 1e3 * u, -1e-6 * s, RS2, parting, point)
-    assert len(result.points) == len(points) - 3
-    names = field_names([], None, True)
-    check(block_averages_of(result, plane_fields(result, names), slab("wall in bond"), 1.0), slab("wall in bond"))
-
-
-def test_units_of_columns(tmp_path):
-    """By definition: an inch is 25.4 mm, a pound-force 4.4482216152605 N; a kip is 1000 of these, a ton 2000."""
-    (tmp_path / "a.csv").write_text("X (ft),Y (FT),ux (in)\n0,0,1\n1,0,1\n0,1,1\n")
-    foot = factor_of(read_foreign(tmp_path / "a.csv").length_unit, LENGTHS, "x", "")
-    assert_allclose(foot, 12 * 0.0254, rtol=1e-15)
-    pound = 4.4482216152605
-    for name, known, expected in (
-        ("ux (in)", LENGTHS, 0.0254),
-        ("uy (mm)", LENGTHS, 1e-3),
-        ("sxx (psi)", STRESSES, pound / 0.0254**2),
-        ("syy (ksf)", STRESSES, 1e3 * pound / 0.3048**2),
-        ("syy (tsf)", STRESSES, 2e3 * pound / 0.3048**2),
-        ("sxy (mpa)", STRESSES, 1e6),
-    ):
-        assert_allclose(factor_of(unit_in(name), known, name, ""), expected, rtol=1e-15)
-    with pytest.raises(ModelError, match="unit 'total' is none of"):
-        factor_of(unit_in("other (total)"), STRESSES, "other", "")
-
-
-def test_our_own_elements_as_a_table_of_nodes(tmp_path):
-    """Sampled back at the nodes, where no triangle between them matters: the same to rounding."""
-    model = load_model_file(TUNNEL, lambda _: None).model
-    own = solve_continuum(model, order=1)
-    stress = np.zeros((len(own.points), 3))
-    result = table(tmp_path / "own.csv", own.points, 1e3 * own.point_displacement, stress, RS2)
-    fields = plane_fields(result, NONE)
-    back, values = sample(grid_of(result, fields), own.points)
-    assert back.all()
-    for part, exact in zip(("ux", "uy"), own.point_displacement.T, strict=True):
-        assert_allclose(values[part], exact, atol=EXACT * np.abs(exact).max())
-
-
-@pytest.mark.parametrize(
-    ("text", "fault"),
-    [
-        ("x,y,ux\n0,0,1\n1,0\n", "line 3: has more or fewer cells than the header .2, not 3"),
-        ("node,ux\n1,2\n", r"no column is called x \(or x_coord\); it has node, ux"),
-        ("x,y,ux\n0,0,1\n1,up,1\n", "column 'y' is not all numbers: line 3 has 'up'"),
-        ("x,y\n0,up\n1,down\n", "column 'y' is not all numbers"),
-        ("x,y,ux\n\n0,0,1\n1,0,\n", "column 'ux' is not all numbers: line 4 has ''; leave out that row"),
-        (
-            '"x","y"\n"0","0"\n"1","1,500"\n',
-            "line 3 has '1,500'; where commas are decimal points part columns by semicolons",
-        ),
-        (
-            "x,y\n0,0\n1,0,5\n",
-            "line 3: has more or fewer cells than the header .3, not 2.; where commas are decimal points",
-        ),
-        ("x (m),y (mm),ux\n0,0,1\n1,0,1\n", r"columns 'x \(m\)' and 'y \(mm\)' name different units"),
-        ("x,y,ux\n0,0,1\n1,1,1\n2,2,1\n", "its 3 nodes span no area"),
-        ("\n", "has no rows"),
-        ("x,y,ux\n", "has no rows"),
-        ("x,y,ux\n0,0,1\n\n1,0\n", "line 4: has more or fewer cells"),
-        ("x,y,ux,ux\n0,0,1,2\n1,0,1,2\n0,1,1,2\n", "two columns are called 'ux'"),
-        ("x (mm),y (m),ux\n0,0,1\n1,0,1\n0,1,1\n", r"columns 'x \(mm\)' and 'y \(m\)' name different units"),
-    ],
-)
-def test_tables_that_cannot_be_read(text, fault, tmp_path):
-    (tmp_path / "bad.csv").write_text(text)
-    with pytest.raises(ModelError, match=fault):
-        read_foreign(tmp_path / "bad.csv")
-
-
 def test_units_in_names_count_whoever_read_the_file(tmp_path):
     """A name that tells kN/m2 is taken at its word in a VTU too; a unit that is not known is not taken for pascals."""
     points, cells = theirs()
@@ -394,19 +278,6 @@ def test_units_in_names_count_whoever_read_the_file(tmp_path):
     names = field_names([f"s{part}=Sigma {part.upper()} (kip):kPa" for part in ("xx", "yy", "xy")], None, False)
     result = read("kip")
     check(block_averages_of(result, plane_fields(result, names), blocks, 1.0), blocks)
-
-
-def test_units_of_the_nodes_of_a_table(tmp_path):
-    points = theirs()[0][:, :2]
-    u, s = linear(points)
-    blocks = slab("wall in bond")
-    for unit, size in (("ft", 0.3048), ("mm", 1e-3)):
-        header = [f"x ({unit})", f"y ({unit})", *RS2[2:]]
-        result = table(tmp_path / "rs2.csv", points / size, 1e3 * u, 1e-6 * s, header)
-        check(block_averages_of(result, plane_fields(result, NONE), blocks, length_factor(result, NONE)), blocks)
-    result = table(tmp_path / "rs2.csv", points, 1e3 * u, 1e-6 * s, ["x (yd)", "y (yd)", *RS2[2:]])
-    with pytest.raises(ModelError, match="coordinates: unit 'yd' is none of m, cm, mm, ft, in, km; give one"):
-        length_factor(result, NONE)
 
 
 def test_the_stages_of_a_series():

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import bsm_mesh as bsm
@@ -25,7 +24,7 @@ from bsm_mesh.folder.storage import save_results
 from bsm_mesh.modelfile.reach import BESIDE
 from bsm_mesh.results import Results
 from tests.file_operations import count_operations, drafts, full_disk, killed_at, names, watched
-from tests.scenes import models, shapes
+from tests.scenes.two_stages import staged
 
 pytestmark = pytest.mark.robust
 
@@ -34,24 +33,6 @@ LINEAR = bsm.Options(scheme="linear")
 
 def test_names_kept_for_runs_are_those_of_states() -> None:
     assert set(BESIDE) == {state for state in State if state}
-
-
-def staged(pressure: float = 1e5) -> bsm.Model:
-    """Return six blocks of which two go, one stage after the other, with a bolt and water."""
-    blocks = models.framed(bsm.Blocks.from_polygons(shapes.grid(3, 2), rock="gneiss"), 3, 2)
-    blocks = replace(blocks, excavations={"one": np.array([5], np.int32), "two": np.array([4], np.int32)})
-    return bsm.Model(
-        title="Two go",
-        blocks=blocks,
-        rocks=[bsm.Rock("gneiss", unit_weight=25e3, young=1e9, poisson=0.2)],
-        joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=2e8, law=bsm.Patton(friction=30))],
-        default_joint="J1",
-        supports=[bsm.Fixed(boundary="bottom")],
-        loads=[bsm.Pressure(boundary="top", pressure=pressure)],
-        bolts=[bsm.Bolt(start=(0, 0.4), end=(2.8, 0.6), diameter=0.02)],
-        water=bsm.Water(table=[(0, 0.5)]),
-        stages=[bsm.Stage(name="first", excavate=["one"]), bsm.Stage(name="second", excavate=["two"])],
-    )
 
 
 @pytest.fixture(scope="module")
@@ -282,7 +263,6 @@ def test_a_second_run_into_a_folder_is_refused(tmp_path: Path, old: Results) -> 
 def test_another_process_is_refused_and_takes_over_from_a_dead_one(tmp_path: Path, old: Results) -> None:
     code = f"""
 import os, pathlib, sys
-from bsm_mesh.folder.results_folder import State
 from bsm_mesh.folder.run_writer import RunWriter
 with RunWriter(pathlib.Path({str(tmp_path / "out")!r})):
     print("held", flush=True)
@@ -392,7 +372,6 @@ def test_a_reader_while_results_are_replaced_again_and_again(tmp_path: Path, old
     root = str(Path(bsm.__file__).parents[1])
     code = f"""
 import pathlib, sys
-from bsm_mesh.modelfile.reach import BESIDE
 from bsm_mesh.results import Results
 known = {[[r.model_digest, float(r.stages[-1].displacement.sum())] for r in (old, new)]!r}
 Results.load({str(folder)!r})  # imports what reading takes

@@ -9,9 +9,8 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -32,26 +31,7 @@ from bsm_mesh.studies.statistics import main_answer
 from bsm_mesh.studies.table import StudyTable, make_table
 from tests.scenes.small_case import LOAD, MODEL, Case, command, environment, run_process
 from tests.scenes.square_mesh import msh
-
-RUNS_OF_STUDY = 10
-STUDY = f"""\
-model = "model.toml"
-title = "Tilted squares"
-runs = {RUNS_OF_STUDY}
-sampling = "latin_hypercube"
-
-[vary]
-joint.J1.friction = {{distribution = "normal", mean = 30, deviation = 4, lower = 20, upper = 40}}
-gravity.direction = {{distribution = "uniform", lower = -62, upper = -58}}
-rock.gneiss.unit_weight = {{values = ["26 kN/m^3", "27 kN/m^3"]}}
-
-[[correlation]]
-between = ["joint.J1.friction", "gravity.direction"]
-coefficient = -0.3
-
-[scatter]
-joint.J1.friction = {{deviation = 0.5}}
-"""
+from tests.scenes.studies import RUNS_OF_STUDY, STUDY, finished, rows, wait_for
 
 
 @pytest.fixture
@@ -82,26 +62,6 @@ def done(study: Case, whole_folder: Path) -> Case:
     """Return the study with all of its runs done."""
     shutil.copytree(whole_folder, study.folder / "out/study")
     return study
-
-
-def rows(folder: Path) -> dict[str, list[Any]]:
-    """Return the table of a study, but for how long its runs took."""
-    columns = dict(StudyTable.read(folder / "study.parquet").columns)
-    assert all(seconds is None or seconds > 0 for seconds in columns.pop("seconds"))
-    return columns
-
-
-def finished(folder: Path) -> int:
-    """Return how many runs the journal holds."""
-    path = folder / RUNS
-    return path.read_text().count('"seconds"') if path.exists() else 0
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 100
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_both_verdicts_occur(whole: dict[str, list[Any]]) -> None:
