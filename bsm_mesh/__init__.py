@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         Traction,
         Water,
         Well,
+        Zones,
         bolt_patterns,
         library,
     )
@@ -212,6 +213,7 @@ __all__ = [
     "Traction",
     "Water",
     "Well",
+    "Zones",
     "back_analysis",
     "bolt_patterns",
     "factor_of_safety",

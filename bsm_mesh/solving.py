@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.model.options import Options
     from bsm_mesh.results.evidence import Proof
+    from bsm_mesh.results.histories import Recorder
     from bsm_mesh.results.records import StageResult, StepRecord
     from bsm_mesh.results.results import Results
     from bsm_mesh.solve.continuation.plan import Route
@@ -72,6 +73,8 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     if model is None or options is None:
         raise ModelError("spread: these results were read back, without their model; give what bsm.run returned")
     refuse_one_route(options)
+    if results.scheme == "zones":
+        raise ModelError("spread: zones have one route; leave zones out of the rocks to try others")
     runs = _other_shakings(model) or [(route.name, _in_parts(model, route.parts), route) for route in OTHERS]
     ends = [route_end(USUAL.name, results, results)]
     for name, other, route in runs:
@@ -160,31 +163,17 @@ def solve(
     """
     from bsm_mesh import space
     from bsm_mesh.model.kinds import in_space
+    from bsm_mesh.model.zones import has_zones
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.histories import Recorder
-    from bsm_mesh.results.results import Results
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
 
+    if has_zones(model):
+        return _solve_zones(model, options, observer, report, snapshot, finished, resumption)
     report("contacts")
     scheme, pressed, notes, flow = _scheme_of(model, options, report, route)
-    model_digest, recorder = model.digest, Recorder(model)
-
-    def results(stages: tuple[StageResult, ...], *, finished: bool = True) -> Results:
-        return Results(
-            blocks=model.blocks,
-            joint_names=tuple(joint.name for joint in model.joints),
-            stages=stages,
-            scheme=options.scheme,
-            linear_solver=scheme.linear_solver,
-            tolerance=options.tolerance,
-            model_digest=model_digest,
-            title=model.title,
-            default_joint=model.default_joint,
-            recorded=recorder.recorded,
-            finished=finished,
-            model=model,
-            options=options,
-        )
+    recorder = Recorder(model)
+    results = _results_of(model, options, recorder, options.scheme, lambda: scheme.linear_solver)
 
     def watch(record: StepRecord, stage: Callable[[], StageResult]) -> None:
         if observer is not None:
@@ -211,3 +200,70 @@ def solve(
     begun = resumption or AT_THE_START
     to_do = (pressed, scheme, report, watch, check, prove, end, options.falls, notes, begun, record, flow)
     return results(solve_stages(*to_do))
+
+
+def _results_of(
+    model: Model, options: Options, recorder: Recorder, scheme: str, linear_solver: Callable[[], str]
+) -> Callable[..., Results]:
+    """Return what makes the results of a model from stages, and from whether the run is at its end."""
+    from bsm_mesh.results.results import Results
+
+    digest = model.digest
+
+    def results(stages: tuple[StageResult, ...], *, finished: bool = True) -> Results:
+        return Results(
+            blocks=model.blocks,
+            joint_names=tuple(joint.name for joint in model.joints),
+            stages=stages,
+            scheme=scheme,
+            linear_solver=linear_solver(),
+            tolerance=options.tolerance,
+            model_digest=digest,
+            title=model.title,
+            default_joint=model.default_joint,
+            recorded=recorder.recorded,
+            finished=finished,
+            model=model,
+            options=options,
+        )
+
+    return results
+
+
+def _solve_zones(
+    model: Model,
+    options: Options,
+    observer: Observer | None,
+    report: Reporter,
+    snapshot: Snapshot,
+    finished: Finished,
+    resumption: Resumption | None,
+) -> Results:
+    """Return the results of a model with zones; arguments as in `solve`. A stage is one step, without checkpoints."""
+    from dataclasses import replace
+
+    from bsm_mesh.results.histories import Recorder
+    from bsm_mesh.solve.stages.solution import confirmed
+    from bsm_mesh.solve.zones.scheme import SCHEME, SOLVER, solve_zones
+
+    recorder = Recorder(model)
+    results = _results_of(model, options, recorder, SCHEME, lambda: SOLVER)
+    done: list[StageResult] = []
+
+    def check(stage: StageResult) -> tuple[str, ...]:
+        faults: tuple[str, ...] = results((stage,)).check().faults
+        return faults
+
+    def end(stage: StageResult) -> StageResult:
+        stage = confirmed(stage, check)
+        measured = recorder.measure(results((stage,), finished=False)) if model.histories else ()
+        stage = replace(stage, steps=tuple(replace(step, recorded=measured) for step in stage.steps))
+        for step in stage.steps:
+            if observer is not None:
+                observer(step)
+            snapshot(step, lambda: results((stage,), finished=False))
+        done.append(stage)
+        finished(results(tuple(done), finished=False))
+        return stage
+
+    return results(solve_zones(model, options, report, end, None if resumption is None else resumption.until))

@@ -136,7 +136,7 @@ def _where(points: Mapping[str, Any]) -> FloatArray:
 def _vertices(results: Results, stage: StageResult, block: IntArray, point: FloatArray, cells: dict[str, Any]) -> Grid:
     """Return points of blocks where they were given; `point` is where they are, or were given in the linear scheme."""
     blocks, count = results.blocks, len(point)
-    moved = np.zeros_like(stage.origin) if results.scheme == "linear" else stage.displacement + stage.origin
+    moved = np.zeros_like(stage.origin) if results.has_small_displacements else stage.displacement + stage.origin
     given = as_given(blocks, moved, block, point)
     return Grid(
         points=given,

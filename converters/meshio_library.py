@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.converters.vtk_files import Grid, spatial
-from bsm_mesh.converters.vtu_content import LINE, POLYGON, VERTEX
+from bsm_mesh.converters.vtu_content import LINE, POLYGON, QUADRATIC_TRIANGLE, TRIANGLE, VERTEX
 
 MESHIO = "meshio"
 NAMES = ("meshlane", MESHIO)  # the first that is there reads meshes
-TYPES = {VERTEX: "vertex", LINE: "line", POLYGON: "polygon"}
+TYPES = {VERTEX: "vertex", LINE: "line", POLYGON: "polygon", TRIANGLE: "triangle", QUADRATIC_TRIANGLE: "triangle6"}
 
 
 def load_meshio() -> ModuleType:

@@ -19,9 +19,11 @@ from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
 from bsm_mesh.converters.contact_files import contact_grid, joint_grid, support_grid, water_grid
 from bsm_mesh.converters.flow_files import flow_grid
+from bsm_mesh.converters.stress_components import six_components
 from bsm_mesh.converters.three_d.stage_grids import space_grid
 from bsm_mesh.converters.vtk_files import Compression, Grid, spatial, write_pvd, write_vtu
 from bsm_mesh.converters.vtu_content import POLYGON, numbered
+from bsm_mesh.converters.zone_files import zone_grid
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.model.kinds import in_space
@@ -34,7 +36,7 @@ from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import principal_stresses
 
 SERIES = ("blocks", "contacts", "joints", "supports")
-WATER, FLOW, BOLTS = "water", "flow", "bolts"  # written where there are any
+WATER, FLOW, BOLTS, ZONES = "water", "flow", "bolts", "zones"  # written where there are any
 GIVEN_BLOCKS = "blocks_given.vtu"  # all blocks as given; written where some were taken away in the first stage
 OF_STEPS = (*SERIES, BOLTS)  # the water stands still during a stage
 
@@ -67,7 +69,12 @@ def kinds_of(stage: StageResult) -> list[str]:
     """Return the kinds of files that a stage has; in space contacts are the faces of joints."""
     if stage.displacement.shape[1] != PLANE:
         return kinds_of_space()
-    there = {WATER: len(stage.water_table), FLOW: stage.flow is not None, BOLTS: stage.bolts.count}
+    there = {
+        WATER: len(stage.water_table),
+        FLOW: stage.flow is not None,
+        BOLTS: stage.bolts.count,
+        ZONES: stage.zones is not None,
+    }
     return [*SERIES, *(kind for kind, any_there in there.items() if any_there)]
 
 
@@ -134,7 +141,7 @@ def write_lists(
     zero = begun or zero
     times = list(range(len(stages))) if instants is None else [end - zero for end in ends]
     names = []
-    for kind in (*SERIES, WATER, FLOW, BOLTS):
+    for kind in (*SERIES, WATER, FLOW, BOLTS, ZONES):
         listed = [
             (float(time), stage_file(kind, number))
             for number, (time, stage) in enumerate(zip(times, stages, strict=True))
@@ -246,6 +253,7 @@ _GRIDS = {
     WATER: water_grid,
     FLOW: flow_grid,
     BOLTS: bolt_grid,
+    ZONES: zone_grid,
 }
 
 
@@ -271,9 +279,3 @@ def blocks_of_grid(grid: Grid) -> Blocks:
         edge_joint=grid.point_data["edge_joint"],
         joint_names=grid.names_of("edge_joint"),
     )
-
-
-def six_components(stress: FloatArray) -> FloatArray:
-    """Return XX YY ZZ XY YZ XZ; ZZ is 0: rigid blocks in the plane have no out-of-plane stress."""
-    zero = np.zeros(len(stress))
-    return np.column_stack([stress[:, 0, 0], stress[:, 1, 1], zero, stress[:, 0, 1], zero, zero])

@@ -11,7 +11,7 @@ import numpy as np
 
 from bsm_mesh.signals import signals_held
 
-VERTEX, LINE, POLYGON, POLYHEDRON = 1, 3, 7, 42  # VTK cell types
+VERTEX, LINE, TRIANGLE, POLYGON, QUADRATIC_TRIANGLE, POLYHEDRON = 1, 3, 5, 7, 22, 42  # VTK cell types
 KINDS = ("point:", "cell:")
 
 

@@ -23,6 +23,7 @@ FORMATS = {  # numbers of libraries and of layouts, and stand-ins for infinity
         "_POSITIVE_DEFINITE",
         "_STRUCTURALLY_SYMMETRIC",
     },
+    "zones/joint_points.py": {"LINEAR"},  # an exact integral
     "limit/program.py": {"SOLVED", "INFEASIBLE", "UNBOUNDED"},
     "motion/contact_columns.py": {"WIDTH"},
     "motion/window_columns.py": {"UNLIMITED", "HIGH"},

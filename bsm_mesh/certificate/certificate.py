@@ -133,13 +133,13 @@ def movement_of(stage: StageResult) -> list[dict[str, Any]]:
 def certificate_arrays(results: Results, stage: StageResult) -> dict[str, Any]:
     """Return the arrays of a stage: where its blocks are, all that acts on them, and what they bear.
 
-    In the linear scheme forces act where blocks were given.
+    Where displacements are small forces act where blocks were given.
     """
     evidence, blocks = stage.evidence, results.blocks
     assert evidence is not None
     applied = stage.loads - stage.water
     applied[:, : evidence.weight.shape[1]] -= evidence.weight
-    position = (stage.origin + stage.displacement) * (results.scheme != "linear")
+    position = (stage.origin + stage.displacement) * (not results.has_small_displacements)
     arrays = {
         **{name: getattr(blocks, name) for name in (POLYHEDRA if in_space(blocks) else POLYGONS)},
         "present": stage.present,

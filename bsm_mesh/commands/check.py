@@ -13,9 +13,11 @@ from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.zones import has_zones
 from bsm_mesh.modelfile.build import LoadedModel, inputs_of, load_model_file
 from bsm_mesh.pictures.figures import paper, save
 from bsm_mesh.solve.linear.readiness import make_ready
+from bsm_mesh.solve.zones.scheme import zoned
 from bsm_mesh.text.flow_given import given_flow, given_rows
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality_summary
@@ -79,6 +81,8 @@ def check_model(
         loaded = load_model_file(path, progress.report, scripts=scripts)
         progress.report("contacts")
         with placed(path.name):
+            if has_zones(loaded.model):
+                zoned(loaded.model, loaded.options)
             ready = make_ready(loaded.model, loaded.options)
         notes = (*ready.notes, *_folder_notes(loaded))
         progress.report("quality of the blocks")

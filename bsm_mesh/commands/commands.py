@@ -131,7 +131,7 @@ def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -
 
 
 def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:
-    names = ("blocks", "contacts", "joints", "supports", "water", FLOW, BOLTS)
+    names = ("blocks", "contacts", "joints", "supports", "water", FLOW, BOLTS, "zones")
     series = ", ".join(f"{name}.pvd" for name in names if (folder / f"{name}.pvd").exists())
     series += f", {', '.join(SHAKEN_FILES)}" if any(stage.shaking for stage in results.stages) else ""
     tables = [f"{name}.{ending}" for name in (BOLTS, FLOW, *ON_REQUEST) for ending in ("csv", "parquet")]

@@ -24,7 +24,7 @@ HEADER = (
     "# and those named here; all other files stay.\n"
 )
 OF_A_RUN = re.compile(
-    r"(blocks|contacts|joints|supports|water|flow|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(blocks|bolts|contacts|flow|joints|supports)\.(csv|parquet)|history(_[\w.+-]+)?\.csv|energy\.csv|time_history\.csv|shaken_blocks\.csv|summary\.json|model\.toml"
+    r"(blocks|contacts|joints|supports|water|flow|bolts|zones)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(blocks|bolts|contacts|flow|joints|supports)\.(csv|parquet)|history(_[\w.+-]+)?\.csv|energy\.csv|time_history\.csv|shaken_blocks\.csv|summary\.json|model\.toml"
     r"|certificate(\.json|_\d{4,}\.npz)|blocks_given\.vtu"
 )
 

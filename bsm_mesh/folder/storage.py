@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
 from bsm_mesh.certificate.certificate import arrays_file, read_evidence
 from bsm_mesh.errors import ModelError, ResultsWarning
 from bsm_mesh.folder.histories import with_histories
@@ -185,11 +184,13 @@ def _columns(saved: SavedResults, number: int, told: dict[str, Any], given: Bloc
     from bsm_mesh.converters.bolt_files import bolts_of_grid
     from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
     from bsm_mesh.converters.flow_files import flow_of_grid
-    from bsm_mesh.converters.result_files import BOLTS, FLOW, stage_file
+    from bsm_mesh.converters.result_files import BOLTS, FLOW, ZONES, stage_file
+    from bsm_mesh.converters.stress_components import tensors
+    from bsm_mesh.converters.zone_files import zones_of_grid
 
     saved.content(stage_file("joints", number))  # follows from the others; whoever opens it elsewhere trusts it
     blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in ("blocks", "contacts", "supports"))
-    cells, here = blocks.cell_data, blocks.cell_data["block_id"]
+    cells, here, zones = blocks.cell_data, blocks.cell_data["block_id"], stage_file(ZONES, number)
 
     def whole(rows: Any) -> Any:
         """Return rows of the blocks that are there among zeros for those that are not."""
@@ -202,8 +203,8 @@ def _columns(saved: SavedResults, number: int, told: dict[str, Any], given: Bloc
         "displacement": whole(np.column_stack([cells["displacement"][:, :2], cells["rotation"]])),
         "stage_displacement": whole(np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]])),
         "origin": whole(cells["origin"]),
-        "stress": whole(_tensors(cells["stress"])),
-        "stress_effective": whole(_tensors(cells["stress_effective"])),
+        "stress": whole(tensors(cells["stress"])),
+        "stress_effective": whole(tensors(cells["stress_effective"])),
         "loads": whole(cells["load"]),
         "reactions": whole(cells["reaction"]),
         "water": whole(cells["water"]),
@@ -211,6 +212,7 @@ def _columns(saved: SavedResults, number: int, told: dict[str, Any], given: Bloc
         "supports": supports_of_grid(supports),
         "bolts": bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if "bolts" in told else BoltForces.none(),
         "flow": flow_of_grid(saved.grid(stage_file(FLOW, number)), told["flow"]) if "flow" in told else None,
+        "zones": zones_of_grid(saved.grid(zones)) if zones in saved else None,
     }
 
 
@@ -240,9 +242,3 @@ def _evidence(saved: SavedResults, number: int) -> dict[str, Any]:
     if arrays_file(number) not in saved:
         return {}
     return dict(zip(("evidence", "proof"), read_evidence(saved.content(arrays_file(number))), strict=True))
-
-
-def _tensors(six: FloatArray) -> FloatArray:
-    """Return the tensors (k, 2, 2) of six components XX YY ZZ XY YZ XZ (k, 6)."""
-    xx, yy, _, xy, _, _ = six.T
-    return np.stack([np.stack([xx, xy], axis=1), np.stack([xy, yy], axis=1)], axis=1)

@@ -15,6 +15,7 @@ from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
 from bsm_mesh.model.water import HeadPlane, Water
+from bsm_mesh.model.zones import Zones
 
 __all__ = [
     "BartonBandis",
@@ -50,4 +51,5 @@ __all__ = [
     "Traction",
     "Water",
     "Well",
+    "Zones",
 ]

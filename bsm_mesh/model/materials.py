@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
@@ -29,6 +29,7 @@ from bsm_mesh.model.quantities import (
     YOUNG,
 )
 from bsm_mesh.model.values import Rules, is_number, plain_numbers
+from bsm_mesh.model.zones import Zones
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
 
@@ -106,6 +107,8 @@ class Rock:
         Slip over which strength falls to what is left; None: at the first slip.
     residual_tensile_strength : float [Pa]
         Tension that faces still bear once they have failed by slip; one that has opened bears none.
+    zones : Zones or None
+        Triangles that its blocks are divided into, with `young` and `poisson`; None: its blocks are rigid.
 
     Examples
     --------
@@ -127,14 +130,19 @@ class Rock:
     residual_cohesion: Annotated[float, COHESION] | None = None
     softening_slip: Annotated[float, SLIP] | None = None
     residual_tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
+    zones: Zones | None = field(default=None, metadata={"in_hash": "given"})
 
     def __post_init__(self) -> None:
         rules = Rules("rock", self.name)
         rules.name(self.name)
         rules.numbers(self)
+        rules.a_thing("zones", self.zones, Zones, optional=True)
         rules.choice("stiffness", self.stiffness, get_args(RockStiffness))
         if not rules.faults and self.young is not None and self.poisson is None and self.stiffness != "rigid":
             rules.faults.append(f"{rules.thing}: young is given without poisson; give poisson (0 to 0.5) as well")
+        if not rules.faults and self.zones is not None and self.is_rigid:
+            cure = "give young and poisson" if self.young is None else "its stiffness is 'rigid': leave stiffness out"
+            rules.faults.append(f"{rules.thing}: zones deform by the rock's elasticity; {cure}")
         raise_faults(rules.faults)
         with placed(rules.thing):
             law = self.law

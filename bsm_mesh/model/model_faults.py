@@ -22,6 +22,7 @@ from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.water import Water
+from bsm_mesh.model.zones import zone_faults, zones_in_space
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
@@ -33,7 +34,7 @@ def model_faults(model: Model) -> list[str]:
     """Return one sentence for everything in the model that does not fit together."""
     blocks = model.blocks
     if in_space(blocks):
-        return space.faults_in_space(model)
+        return [*space.faults_in_space(model), *zones_in_space(model)]
     faults: list[str] = []
     if model.contact_points not in ("ends", "gauss"):
         faults.append(
@@ -58,6 +59,7 @@ def model_faults(model: Model) -> list[str]:
         faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, model))
     faults.extend(_ground_faults(model, joint_names))
     faults.extend(flow_faults(model))
+    faults.extend(zone_faults(model))
     bolt_names = [bolt.name or f"bolt {number + 1}" for number, bolt in enumerate(model.bolts)]
     faults.extend(history_faults(model.histories, blocks, joint_names, bolt_names))
     stage_faults = list(_stage_faults(model, joint_names))

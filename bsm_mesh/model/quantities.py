@@ -166,6 +166,8 @@ PART = Quantity(above=0, most=1, example="1.0")
 SHARE = Quantity(
     least=0, most=0.25, example="0.01", why="of the mean area; larger blocks are what an engineer asks about"
 )
+ZONE_SIZE = Quantity(unit="m", least=1e-6, most=1e6, example='"0.5 m"')
+ZONE_ORDER = Quantity(least=1, most=2, whole=True, example="2")
 THREADS = Quantity(least=0, most=4096, whole=True, example="0, all cores")
 WIDTH = Quantity(
     least=1e-4, most=0.2, example="0.005", why="of a bracket over its value; runs differ by more than a narrower one"

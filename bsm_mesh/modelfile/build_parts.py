@@ -23,6 +23,7 @@ from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.model.water import Water
+from bsm_mesh.model.zones import Zones
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.flow_tables import FlowTable, make_flow, make_flow_change
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
@@ -51,7 +52,9 @@ REASONS = {("patton", "residual_cohesion"): ": what shears off is its cohesion"}
 
 def make_rock(name: str, table: RockTable) -> Rock:
     """Return a rock."""
-    return Rock(name, **table.model_dump())
+    with placed(f"rock '{name}'"):
+        zones = None if table.zones is None else Zones(**table.zones.model_dump())
+    return Rock(name, **table.model_dump(exclude={"zones"}), zones=zones)
 
 
 def make_joint(name: str, table: JointTable) -> Joint:

@@ -9,13 +9,21 @@ from pydantic import Field
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.materials import Filling, Joint, Rock
+from bsm_mesh.model.zones import Zones
 from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.mesh_tables import Along, Border, Table
 
 
-@keys_of(Rock, without=("name",))
+@keys_of(Zones)
+class ZonesTable(Table):
+    """Triangles that the blocks of a rock are divided into, so that they deform."""
+
+
+@keys_of(Rock, without=("name", "zones"))
 class RockTable(Table):
     """A rock."""
+
+    zones: ZonesTable | None = Field(default=None, description="its blocks deform; left out: they are rigid")
 
 
 @keys_of(Filling)

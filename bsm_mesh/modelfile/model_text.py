@@ -172,7 +172,8 @@ def _plain(value: Any) -> Any:
 
 
 def _rock(rock: Rock) -> Content:
-    return _fields(rock, "name")
+    zones = None if rock.zones is None else _fields(rock.zones)
+    return _fields(rock, "name", "zones") | _given(zones=zones)
 
 
 def _joint(joint: Joint) -> Content:

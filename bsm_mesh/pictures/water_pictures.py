@@ -53,14 +53,14 @@ def draw_water(sheet: Sheet) -> str | None:
 
 def _inner(scene: Scene) -> tuple[FloatArray, FloatArray]:
     """Return ends (p, 2, 2) and pressures (p, 2) of the wet parts of the faces between blocks."""
-    lines = scene.face_lines(0.0 if scene.results.scheme == "linear" else TRUE)  # where the water meets the blocks
+    lines = scene.face_lines(0.0 if scene.results.has_small_displacements else TRUE)  # where the water meets the blocks
     parts = wet_parts(scene.stage, lines[:, 0], lines[:, 1], scene.faces.joint, scene.face_lines(0.0))
     return parts.at(*scene.face_lines(TRUE).transpose(1, 0, 2)), parts.pressure
 
 
 def _outer(scene: Scene) -> tuple[FloatArray, FloatArray]:
     """Return ends and pressures of the wet parts of the outline, the blocks to the left of them."""
-    lines = scene.outline(0.0 if scene.results.scheme == "linear" else TRUE)
+    lines = scene.outline(0.0 if scene.results.has_small_displacements else TRUE)
     parts = wet_parts(scene.stage, lines[:, 0], lines[:, 1], np.full(len(lines), -1), scene.outline(0.0))
     return parts.at(*scene.outline(TRUE).transpose(1, 0, 2)), parts.pressure
 

@@ -105,7 +105,7 @@ def check_results(results: Results) -> Check:
 def _check_stage(results: Results, stage: StageResult) -> Check:
     if in_space(results.blocks):
         return space.check_stage(results, stage)
-    moved = _moved(results)
+    fails = results.scheme != "linear"
     reference = max(stage.reference_weight, np.finfo(float).tiny)
     residual = np.abs(block_residuals(results, stage)).max(axis=1) / reference
     rounding = _rounding(results, stage) / reference
@@ -115,15 +115,11 @@ def _check_stage(results: Results, stage: StageResult) -> Check:
         block_residual=_finite(residual[worst]),
         worst_block=worst,
         balance=_stage_balance(stage),
-        tolerance=results.tolerance if moved else min(results.tolerance, LINEAR_TOLERANCE),
+        tolerance=results.tolerance if fails else min(results.tolerance, LINEAR_TOLERANCE),
         rounding=float(rounding[worst]),
-        utilisation=used if moved else 0.0,
-        overlap=_finite(unexplained_overlap(results.blocks, stage)) if moved else 0.0,
+        utilisation=used if fails else 0.0,
+        overlap=0.0 if results.has_small_displacements else _finite(unexplained_overlap(results.blocks, stage)),
     )
-
-
-def _moved(results: Results) -> bool:
-    return results.scheme != "linear"
 
 
 def _finite(value: float) -> float:
@@ -183,7 +179,8 @@ def _point_forces(stage: StageResult) -> Iterator[tuple[IntArray, FloatArray, Fl
 
 
 def _centroids(results: Results, stage: StageResult) -> FloatArray:
-    return results.blocks.moments.centroid + (stage.origin + stage.displacement)[:, :2] * _moved(results)
+    moved = (stage.origin + stage.displacement)[:, :2] * (not results.has_small_displacements)
+    return results.blocks.moments.centroid + moved
 
 
 def _stage_balance(stage: StageResult) -> float:

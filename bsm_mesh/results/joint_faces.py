@@ -86,7 +86,7 @@ def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     part counts as open, and so does a whole face whose blocks have moved apart.
     """
     blocks, contacts = results.blocks, stage.contacts
-    moved = np.zeros_like(stage.origin) if results.scheme == "linear" else stage.displacement + stage.origin
+    moved = np.zeros_like(stage.origin) if results.has_small_displacements else stage.displacement + stage.origin
     given = find_faces(blocks)
     point = as_given(blocks, moved, contacts.block_a, contacts.point)
     normal = turned(contacts.normal, -moved[contacts.block_a, 2])

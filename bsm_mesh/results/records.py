@@ -15,6 +15,7 @@ from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.shaking import ShakingResult
+from bsm_mesh.results.zones import ZoneResult
 
 if TYPE_CHECKING:
     from bsm_mesh.model.submodel import SubModel
@@ -266,6 +267,8 @@ class StageResult(Portable):
         Energies, peaks and time steps, where the stage is shaken.
     small_blocks : (k,) int32
         Blocks that are too small to count for the verdict (``falls.ignore_below``).
+    zones : ZoneResult or None
+        Displacements and stresses within blocks, where rock has zones.
     """
 
     name: str
@@ -298,6 +301,7 @@ class StageResult(Portable):
     flow: FlowResult | None = None
     shaking: ShakingResult | None = None
     small_blocks: IntArray = field(default_factory=lambda: np.zeros(0, np.int32))
+    zones: ZoneResult | None = None
 
     def __post_init__(self) -> None:
         show_only(self)

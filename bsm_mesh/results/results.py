@@ -113,6 +113,11 @@ class Results:
         )
 
     @property
+    def has_small_displacements(self) -> bool:
+        """Whether displacements are small: forces act where blocks were given."""
+        return self.scheme in ("linear", "zones")
+
+    @property
     def status(self) -> Status:
         """The verdict: that of the last stage; ``unfinished`` where the run did not come to its end."""
         return self.stages[-1].status if self.finished else Status.UNFINISHED

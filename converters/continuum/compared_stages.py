@@ -97,6 +97,8 @@ def compare_stages(
     """
     if results.model_digest != model.digest:
         raise ModelError("the results are not those of this model; run it again")
+    if results.scheme == "zones":
+        raise ModelError("zones are finite elements already; leave zones out of the rocks to compare rigid blocks")
     reasons = [obstacle(model, results, stage) for stage in results.stages]
     if all(reasons):
         return tuple(_refused(stage.name, reason) for stage, reason in zip(results.stages, reasons, strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.comparison import Comparison
-from bsm_mesh.converters.result_files import six_components
+from bsm_mesh.converters.stress_components import six_components
 from bsm_mesh.converters.vtk_files import Grid, spatial, write_vtu
 from bsm_mesh.converters.vtu_content import LINE, POLYGON, VERTEX, numbered
 from bsm_mesh.errors import ModelError

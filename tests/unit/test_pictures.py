@@ -62,6 +62,8 @@ def test_every_picture_shows_something(results: Case) -> None:
         "joints_slip",
         "shaking_acceleration",
         "shaking_displacement",
+        "zones_sigma_1",
+        "zones_sigma_3",
     }  # there is none
     assert {path.stem for path in paths} == set(PICTURES) - dry
     noted = "out/model/.bsm-mesh-results"
@@ -320,7 +322,7 @@ def test_headings() -> None:
 def test_run_with_pictures(results: Case) -> None:
     outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")
     assert outcome.code == 0, outcome.err
-    assert f"pictures: {len(PICTURES) - 7} files in {Path('again/pictures')}" in outcome.out
+    assert f"pictures: {len(PICTURES) - 11} files in {Path('again/pictures')}" in outcome.out
 
 
 def fake(code: int, error: str = "") -> object:

@@ -205,7 +205,7 @@ class StageSolution:
         state.bar_forces[part.bar] = outcome.bar_forces
         if self._start_residual is None:
             self._start_residual = outcome.stage.start_residual
-        stage = _confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.check)
+        stage = confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.check)
         if not run.falls.takes_away(outcome.small):
             stage, is_settled = self._with_flow(stage)
             return stage if is_settled else None
@@ -345,7 +345,7 @@ def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
     return notes
 
 
-def _confirmed(stage: StageResult, check: Checker) -> StageResult:
+def confirmed(stage: StageResult, check: Checker) -> StageResult:
     """Return a stage; at rest by the scheme alone and not by the independent check, it counts as not converged."""
     against = check(stage) if stage.status.is_at_rest else ()
     if not against:

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.model.bolt_layout import lay_out_bolts
+from bsm_mesh.model.bolt_layout import BoltLayout, lay_out_bolts
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
@@ -67,8 +67,12 @@ class EmbeddedBolts:
     elastic: ElasticState | None
 
     @classmethod
-    def of(cls, model: Model, mesh: ContinuumMesh, basis: Any, *, elastic: bool = False) -> EmbeddedBolts:
+    def of(
+        cls, model: Model, mesh: ContinuumMesh, basis: Any, *, elastic: bool = False, straight: bool = False
+    ) -> EmbeddedBolts:
         """Return the bolts of a model, none of them installed; elastic ones as in the linear scheme.
+
+        `straight` bars keep their direction: of their nodes' displacements only those along them count.
 
         Raises
         ------
@@ -81,6 +85,8 @@ class EmbeddedBolts:
         sides = np.stack([layout.block[near], layout.block[near + 1]], axis=1).ravel()
         point = np.concatenate([layout.point, np.repeat(bolts.dowels.crossing, 2, axis=0)])
         rows = sampling(mesh, basis, point, np.concatenate([layout.block, sides]))
+        if straight:
+            rows = _along_bars(rows, layout)
         state = None
         if elastic:
             nothing = np.zeros((len(point), 3))
@@ -173,3 +179,17 @@ class EmbeddedBolts:
         row = np.repeat(np.arange(len(bolt)), size)
         column = np.arange(len(row)) - np.repeat(np.cumsum(size) - size - first, size)
         return sp.csr_matrix((self.bolts.coupling(at), (row, column)), shape=(len(bolt), len(bolt)))
+
+
+def _along_bars(rows: tuple[Any, Any], layout: BoltLayout) -> tuple[Any, Any]:
+    """Return the rows of the bodies with those of bolts' nodes replaced by their parts along the bolts."""
+    first = layout.first_node
+    along = np.zeros((rows[0].shape[0], 2))
+    for node in (first, first + 1):
+        along[node] = layout.point[first + 1] - layout.point[first]
+    length = np.hypot(*along.T)
+    is_node = length > 0
+    x, y = (along / np.where(is_node, length, 1.0)[:, None]).T
+    plain = sp.diags((~is_node).astype(float))
+    part = sp.diags(x) @ rows[0] + sp.diags(y) @ rows[1]
+    return sp.csr_matrix(sp.diags(x) @ part + plain @ rows[0]), sp.csr_matrix(sp.diags(y) @ part + plain @ rows[1])

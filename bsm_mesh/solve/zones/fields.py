@@ -43,12 +43,35 @@ class RockStiffness:
             self._of_cell += B.transpose(0, 2, 1) @ (weight[:, None, None] * stiffness @ B)
         self._dofs, self._size = basis.element_dofs.T, basis.N
 
+    def forces(self, cells: BoolArray, u: FloatArray, dofs: IntArray, size: int) -> FloatArray:
+        """Return the internal forces (size,) [N/m] of some cells (t,) whose unknowns u (size,) are `dofs` (shapes, t).
+
+        So the forces of cells are found on a mesh whose cells share fewer nodes.
+        """
+        own = dofs.T[cells]
+        found = np.einsum("tij,tj->ti", self._of_cell[cells], u[own])
+        return np.bincount(own.ravel(), found.ravel(), minlength=size).astype(np.float64)
+
     def of(self, cells: BoolArray) -> Any:
         """Return the stiffness matrix (N, N) of some cells (t,)."""
         dofs = self._dofs[cells]
         rows, columns = np.repeat(dofs, dofs.shape[1], axis=1), np.tile(dofs, dofs.shape[1])
         entries = self._of_cell[cells].ravel()
         return sp.csr_matrix((entries, (rows.ravel(), columns.ravel())), shape=(self._size, self._size))
+
+
+def forces_of_stress(basis: Any, stress: FloatArray) -> FloatArray:
+    """Return the internal forces (N,) [N/m] of a stress (3, t, i) [Pa]."""
+    import skfem
+    from skfem.helpers import sym_grad
+
+    @skfem.LinearForm
+    def form(v: Any, w: Any) -> Any:
+        e, (xx, yy, xy) = sym_grad(v), w["stress"]
+        return xx * e[0, 0] + yy * e[1, 1] + 2 * xy * e[0, 1]
+
+    forces: FloatArray = form.assemble(basis, stress=stress)
+    return forces
 
 
 def mean_gradient(basis: Any, u: FloatArray) -> FloatArray:

@@ -33,6 +33,8 @@ class Interfaces:
 
     Attributes
     ----------
+    pieces : (k, 2 sides) int32
+        The sides, as pieces of the blocks' edges.
     vertex : (k, 2 sides) int32
         Vertices of both sides at one end, which lie on each other.
     facet : (k, 2 sides) int32
@@ -41,6 +43,7 @@ class Interfaces:
         Number of the joint in ``model.joints``, behind them that of a face of rock (`rock_faces`).
     """
 
+    pieces: IntArray
     vertex: IntArray
     facet: IntArray
     joint: IntArray
@@ -65,33 +68,43 @@ def open_joints(
     rock_breaks : bool
         Whether the faces of rocks that give a strength are opened too, and tied by interfaces that break.
     """
-    one, other, joint = _shared_pieces(model, mesh)
+    one, other, joint = shared_pieces(model, mesh)
     if rock_breaks:
         owner = model.blocks.owner[mesh.edge_of_piece]
         joint = np.where(joint < 0, number_between(model, owner[one], owner[other]), joint)
     tied = np.isin(mesh.piece_facet[one], _facets_about_tips(mesh, mesh.piece_facet[one[joint >= 0]], presence))
     joint = np.where((joint < 0) & tied, whole_rock(model), joint).astype(np.int32)
-    one, other, joint = one[joint >= 0], other[joint >= 0], joint[joint >= 0]
-    edge = mesh.edge_of_piece
-    t, f2t = mesh.mesh.t, mesh.mesh.f2t
-    label = _corner_labels(mesh, mesh.piece_facet[one])
+    pieces = np.stack([one, other], axis=1)[joint >= 0]
+    split = opened(model, mesh, mesh.piece_facet[pieces[:, 0]])
+    return split, interfaces_between(split, pieces, joint[joint >= 0])
+
+
+def opened(model: Model, mesh: ContinuumMesh, facets: IntArray) -> ContinuumMesh:
+    """Return the mesh with nodes of their own on both sides of some facets; cells and pieces keep their numbers."""
+    edge, t, f2t = mesh.edge_of_piece, mesh.mesh.t, mesh.mesh.f2t
+    label = _corner_labels(mesh, facets)
     points = np.empty((2, int(label.max()) + 1))
     points[:, label] = mesh.mesh.p[:, t]
     split = type(mesh.mesh)(points, label)
     across = f2t[:, mesh.piece_facet]
     own = np.where(mesh.block[across[0]] == model.blocks.owner[edge], across[0], across[1])
     first, last = (label[_place(t, node, own), own] for node in mesh.piece_ends.T)
-    facet = facets_between(split, first, last)
-    interfaces = Interfaces(
-        vertex=np.stack([first[one], last[other]], axis=1),
-        facet=np.stack([facet[one], facet[other]], axis=1),
+    ends = np.stack([first, last], axis=1).astype(np.int32)
+    return dataclasses.replace(mesh, mesh=split, piece_ends=ends, piece_facet=facets_between(split, first, last))
+
+
+def interfaces_between(mesh: ContinuumMesh, pieces: IntArray, joint: IntArray) -> Interfaces:
+    """Return the interfaces between pairs of pieces (k, 2) of an opened mesh, with their joints (k,)."""
+    one, other = pieces.T
+    return Interfaces(
+        pieces=pieces,
+        vertex=np.stack([mesh.piece_ends[one, 0], mesh.piece_ends[other, 1]], axis=1),
+        facet=mesh.piece_facet[pieces],
         joint=joint,
     )
-    ends = np.stack([first, last], axis=1).astype(np.int32)
-    return dataclasses.replace(mesh, mesh=split, piece_ends=ends, piece_facet=facet), interfaces
 
 
-def _shared_pieces(model: Model, mesh: ContinuumMesh) -> tuple[IntArray, IntArray, IntArray]:
+def shared_pieces(model: Model, mesh: ContinuumMesh) -> tuple[IntArray, IntArray, IntArray]:
     """Return the two pieces that share each facet between blocks, and its joint; -1 for unjointed rock."""
     faces = find_faces(model.blocks)
     number = face_joints(model, faces)

@@ -43,7 +43,7 @@ def load_vector(
 
 
 def pressure_on_new_faces(
-    mesh: ContinuumMesh, basis: Any, stays: BoolArray, leaves: BoolArray, facets: IntArray, pressure: float
+    mesh: ContinuumMesh, basis: Any, facets: IntArray, stays: BoolArray, leaves: BoolArray, pressure: float
 ) -> FloatArray:
     """Return the forces (N,) [N/m] of a pressure into the blocks that stay, on their faces with those that leave.
 
@@ -51,10 +51,10 @@ def pressure_on_new_faces(
     ----------
     mesh, basis
         As for `load_vector`.
-    stays, leaves : (n,) bool
-        Blocks.
     facets : (k, 2) int
         Pairs of facets that lie on each other, of joints.
+    stays, leaves : (n,) bool
+        Blocks.
     pressure : float [Pa]
         Positive into the blocks.
     """

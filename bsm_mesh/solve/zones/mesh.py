@@ -129,7 +129,7 @@ def continuum_mesh(blocks: Blocks, discretization: Discretization) -> ContinuumM
     return mesh
 
 
-def build_continuum_mesh(blocks: Blocks, mesher: Mesher | None = None) -> ContinuumMesh:
+def build_continuum_mesh(blocks: Blocks, mesher: Mesher | None = None, *, triangles: bool = False) -> ContinuumMesh:
     """Return the conforming cells of all blocks.
 
     Where all blocks are convex quads that share whole sides these are the cells. Else triangles stay as they are and
@@ -142,6 +142,8 @@ def build_continuum_mesh(blocks: Blocks, mesher: Mesher | None = None) -> Contin
         What is to be filled.
     mesher : Mesher, optional
         Fills the outlines instead, with triangles of its own size.
+    triangles : bool
+        Whether quads become fans too.
     """
     import skfem
 
@@ -150,7 +152,7 @@ def build_continuum_mesh(blocks: Blocks, mesher: Mesher | None = None) -> Contin
     if mesher is not None:
         return _meshed(points, outlines, len(blocks.vertices), mesher)
     start = np.searchsorted(outlines.edge, np.arange(len(blocks.vertices) + 1))
-    if are_quads(points, outlines):
+    if not triangles and are_quads(points, outlines):
         cells, owner, kind = outlines.node.reshape(-1, 4), np.arange(blocks.count), skfem.MeshQuad
     else:
         points, cells, owner = fans(points, outlines)

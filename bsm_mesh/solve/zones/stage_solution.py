@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.loads import ActingLoad
+from bsm_mesh.model.model import Model
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, ContactStatus
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.equilibrium import Iterate
-from bsm_mesh.solve.zones.fields import mean_gradient, over_blocks, stress_of, vtk_cells
+from bsm_mesh.solve.zones.fields import RockStiffness, mean_gradient, over_blocks, stress_of, vtk_cells
 from bsm_mesh.solve.zones.fills import Fill, gradient_at_fill
 from bsm_mesh.solve.zones.ground import PoreWater
-from bsm_mesh.solve.zones.joint_history import JointState
+from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.small_displacements import moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
@@ -54,10 +56,24 @@ class StageEnd:
         Effective in-situ stress: xx, yy, xy.
     water : PoreWater or None
         The water.
-    load : (N,) float64 [N/m]
-        Weights, loads and water.
+    load : float64 [N/m]
+        Weights, loads and water on the unknowns of `Continuum.loaded`.
+    held_back : (N,) float64 [N/m]
+        What is left of excavation forces.
+    acting : tuple of load
+        Those that act.
+    pressures : float64 [N/m]
+        Of `load` that of pressures on faces that excavations laid bare.
+    history : JointHistory or None
+        Of the joints.
+    model : Model
+        With the strength and the gravity of the stage.
+    rock : RockStiffness
+        Of the cells.
     unknowns : int
         Number of displacement components that were solved for.
+    solutions : int
+        Of linear systems, on the way.
     """
 
     name: str
@@ -72,7 +88,14 @@ class StageEnd:
     initial_stress: FloatArray | None
     water: PoreWater | None
     load: FloatArray
+    held_back: FloatArray
+    acting: tuple[ActingLoad, ...]
+    pressures: FloatArray
+    history: JointHistory | None
+    model: Model
+    rock: RockStiffness
     unknowns: int
+    solutions: int
 
 
 def stage_solution(
@@ -84,12 +107,12 @@ def stage_solution(
     cells, points = vtk_cells(basis)
     node_dofs = nodal_unknowns(basis)
     moved = end.u - end.origin
-    displacement = _movement(of, moved)
+    displacement = movement(of, moved)
     for fill in end.fills:
-        displacement = np.where(fill.blocks[:, None], _movement(of, end.u - fill.u), displacement)
+        displacement = np.where(fill.blocks[:, None], movement(of, end.u - fill.u), displacement)
     may_slide = of.joints is not None and not of.joints.are_linear
     ran_away = may_slide and moved_far(of.model.blocks, displacement, end.present, RUNAWAY)
-    total_load = end.load[node_dofs].sum(axis=0)
+    total_load = end.load[nodal_unknowns(of.loaded[1])].sum(axis=0)
     return ContinuumSolution(
         name=end.name,
         converged=end.converged and not ran_away,
@@ -97,7 +120,7 @@ def stage_solution(
         present=end.present,
         stress=over_blocks(stress, basis.dx.sum(axis=1), block, of.model.blocks.moments.area),
         displacement=displacement * end.present[:, None],
-        contacts=_contacts(of.joints, end),
+        contacts=contacts_of(of.joints, end),
         bolts=_bolts(of, end),
         points=points,
         point_displacement=moved[node_dofs],
@@ -112,7 +135,7 @@ def stage_solution(
     )
 
 
-def _movement(of: Continuum, u: FloatArray) -> FloatArray:
+def movement(of: Continuum, u: FloatArray) -> FloatArray:
     """Return the blocks' average displacement and rotation under displacements u (N,), (n, 3) [m, m, rad]."""
     gradient = mean_gradient(of.basis, u)
     spin = (gradient[:, 1, 0] - gradient[:, 0, 1]) / 2
@@ -140,15 +163,16 @@ def _bolts(of: Continuum, end: StageEnd) -> BoltForces:
     return end.bolts.record(of.model, end.at.bolts)
 
 
-def _contacts(joints: JointPoints | None, end: StageEnd) -> ContactForces:
+def contacts_of(joints: JointPoints | None, end: StageEnd, *, with_rock: bool = False) -> ContactForces:
     """Return the forces at the points of joints between blocks that are there, as the blocks' own contacts are given.
 
-    The first side, out of which the normal points, takes the place of the block with the edge.
+    The first side, out of which the normal points, takes the place of the block with the edge. `with_rock` says whether
+    interfaces of rock are contacts too, as unjointed rock.
     """
     state = end.at.state
     if joints is None or state is None:
-        return _no_contacts()
-    on = np.flatnonzero(end.present[joints.block].all(axis=1) & joints.are_joints)
+        return ContactForces.none()
+    on = np.flatnonzero(end.present[joints.block].all(axis=1) & (joints.are_joints | with_rock))
     strength = state.strength
     with np.errstate(divide="ignore", invalid="ignore"):
         utilisation = np.where(np.isfinite(strength) & (strength > 0), np.abs(state.shear) / strength, 0.0)
@@ -165,7 +189,7 @@ def _contacts(joints: JointPoints | None, end: StageEnd) -> ContactForces:
         slip=state.slip[on],
         status=_status(state)[on],
         utilisation=utilisation[on],
-        joint=joints.joint[on],
+        joint=np.where(joints.are_joints, joints.joint, -1)[on],
         water_pressure=water[on],
     )
 
@@ -177,22 +201,3 @@ def _status(state: JointState) -> IntArray:
         np.where(state.sticking, int(ContactStatus.STICKING), int(ContactStatus.SLIPPING)),
     ).astype(np.int8)
     return status
-
-
-def _no_contacts() -> ContactForces:
-    none, ids = np.zeros(0), np.zeros(0, dtype=np.int32)
-    return ContactForces(
-        block_a=ids,
-        block_b=ids,
-        point=np.zeros((0, 2)),
-        normal=np.zeros((0, 2)),
-        length=none,
-        normal_force=none,
-        shear_force=none,
-        opening=none,
-        slip=none,
-        status=np.zeros(0, dtype=np.int8),
-        utilisation=none,
-        joint=ids,
-        water_pressure=none,
-    )

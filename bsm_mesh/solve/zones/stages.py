@@ -8,23 +8,24 @@ are small; joints and bolts keep their history.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, Stage, presence
 from bsm_mesh.solve.zones import departures
+from bsm_mesh.solve.zones.apart import Apart
 from bsm_mesh.solve.zones.elasticity import BlockElasticity
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
-from bsm_mesh.solve.zones.fields import RockStiffness, block_averages
+from bsm_mesh.solve.zones.fields import RockStiffness, block_averages, forces_of_stress
 from bsm_mesh.solve.zones.fills import Fill
 from bsm_mesh.solve.zones.ground import (
     PoreWater,
@@ -37,7 +38,7 @@ from bsm_mesh.solve.zones.interfaces import open_joints
 from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints, slip_path_after
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
-from bsm_mesh.solve.zones.mesh import Discretization, continuum_mesh
+from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization, continuum_mesh
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.placed_points import joint_points
 from bsm_mesh.solve.zones.solution import ContinuumSolution
@@ -86,10 +87,17 @@ class Continuum:
     present : sequence of (n,) bool or None
         Blocks that are there in the first stages, where a run lost some besides those that its stages take away; on
         faces that these lay bare the stages' pressures do not act.
+    mesh : ContinuumMesh, optional
+        Its cells; None: those of the discretization. With cells that are given, what blocks exert on each other where
+        they share nodes is worked out too (`apart`).
     """
 
     def __init__(
-        self, model: Model, discretization: Discretization, present: Sequence[BoolArray] | None = None
+        self,
+        model: Model,
+        discretization: Discretization,
+        present: Sequence[BoolArray] | None = None,
+        mesh: ContinuumMesh | None = None,
     ) -> None:
         import skfem
 
@@ -98,7 +106,7 @@ class Continuum:
         self.model, self.discretization = model, discretization
         self.as_planned = presence(model.stages, model.blocks)
         self.presence = self.as_planned if present is None else list(present)
-        self.mesh = continuum_mesh(model.blocks, discretization)
+        whole = self.mesh = continuum_mesh(model.blocks, discretization) if mesh is None else mesh
         interfaces = None
         if discretization.joints:
             self.mesh, interfaces = open_joints(model, self.mesh, self.presence, discretization.rock_breaks)
@@ -116,9 +124,11 @@ class Continuum:
             self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
+        self.apart = None if mesh is None else Apart.of(model, whole, interfaces, self.basis, discretization)
         self.bolts: EmbeddedBolts | None = None
         if model.bolts:
-            self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis, elastic=discretization.elastic_bolts)
+            how = {"elastic": discretization.elastic_bolts, "straight": mesh is not None}
+            self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis, **how)
         self.seconds = time.perf_counter() - began
 
     def solve(
@@ -134,20 +144,35 @@ class Continuum:
             *departures.notes(self.model, self.joints is not None, self.discretization.rock_breaks),
             *elasticity.notes,
         )
-        run = _Run(self, elasticity.stiffness[self.mesh.block])
         found: list[ContinuumSolution] = []
+        for end in self.ends(elasticity, count, near):
+            seconds = self.seconds + time.perf_counter() - began
+            found.append(stage_solution(self, end, elasticity.name, seconds, notes))
+            if not found[-1].converged:
+                break
+        return tuple(found)
+
+    def ends(
+        self, elasticity: BlockElasticity, count: int | None = None, near: Sequence[FloatArray] = ()
+    ) -> Iterator[StageEnd]:
+        """Yield the ends of the stages, one after the other; parameters as for `solve`."""
+        run = _Run(self, elasticity.stiffness[self.mesh.block])
         stages: tuple[Stage | None, ...] = (None, *self.model.stages)
         for number, (before, present) in enumerate(
             pairwise([self.presence[0], *self.presence][: None if count is None else count + 1])
         ):
             stage = stages[number]
             run.near = near[number] if number < len(near) else None
-            end = run.first(present) if stage is None else run.next(stage, number, before, present)
-            seconds = self.seconds + time.perf_counter() - began
-            found.append(stage_solution(self, end, elasticity.name, seconds, notes))
-            if not found[-1].converged:
-                break
-        return tuple(found)
+            yield run.first(present) if stage is None else run.next(stage, number, before, present)
+
+    @property
+    def loaded(self) -> tuple[ContinuumMesh, Any, IntArray]:
+        """The cells on which loads act, their basis, and pairs of facets that lie on each other, (k, 2)."""
+        return (self.mesh, self.basis, self.facets) if self.apart is None else self.apart.loaded
+
+    def merged(self, forces: FloatArray) -> FloatArray:
+        """Return forces on the cells of `loaded` as forces on the unknowns, (N,) [N/m]."""
+        return forces if self.apart is None else self.apart.merged(forces)
 
 
 class _Run:
@@ -162,7 +187,8 @@ class _Run:
         history = None if joints is None else initial_history(model, joints, water)
         zero = np.zeros(basis.N)
         bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
-        self.state = _State(model, zero, zero, joints, history, bolts, model.acting_loads, water, zero)
+        none = np.zeros(continuum.loaded[1].N)
+        self.state = _State(model, zero, zero, joints, history, bolts, model.acting_loads, water, none)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
         self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
@@ -193,9 +219,7 @@ class _Run:
             state.bolts = state.bolts.install(number, state.u).without(~present)
         if stage.pressure:
             leaves = before & ~of.as_planned[number]
-            state.pressures = state.pressures + pressure_on_new_faces(
-                of.mesh, of.basis, stays, leaves, of.facets, stage.pressure
-            )
+            state.pressures = state.pressures + pressure_on_new_faces(*of.loaded, stays, leaves, stage.pressure)
         state.loads = (*state.loads, *of.model.worked_out(stage.loads))
         if stage.water is not None:
             state.water = pore_water(of.model, stage.water, of.basis, of.joints)
@@ -254,7 +278,14 @@ class _Run:
             initial_stress=self.initial_stress,
             water=state.water,
             load=loads,
+            held_back=held_back,
+            acting=state.loads,
+            pressures=state.pressures,
+            history=equations.history,
+            model=state.model,
+            rock=self.rock,
             unknowns=equations.free.free.size,
+            solutions=equations.free.solutions,
         )
 
     def _reached(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
@@ -308,23 +339,28 @@ class _Run:
         return equations, at, converged
 
     def _loads(self, present: BoolArray) -> FloatArray:
-        """Return weights, loads and water on the rock that is there, (N,)."""
-        of, state = self.of, self.state
-        loads = load_vector(state.model, of.mesh, of.basis, state.loads, present) + state.pressures
-        return loads if state.water is None else loads + seepage_forces(state.water, present, of.mesh, of.basis)
+        """Return weights, loads and water on the rock that is there, on the unknowns of `loaded`."""
+        state, (mesh, basis, _) = self.state, self.of.loaded
+        loads = load_vector(state.model, mesh, basis, state.loads, present) + state.pressures
+        if state.water is None:
+            return loads
+        water = seepage_forces(state.water, present, mesh, basis)
+        if self.of.apart is not None:
+            water = water + self.of.apart.left_of_water(state.water, water, state.history, present)
+        return loads + water
 
     def equations(self, present: BoolArray, loads: FloatArray) -> Equations:
-        """Return what has to be in balance in the rock that is there under loads (N,)."""
+        """Return what has to be in balance in the rock that is there under loads, as `_loads` returns them."""
         of, state = self.of, self.state
         history, on = state.history, present[of.mesh.block]
-        load = loads
+        load = of.merged(loads)
         virgin = on.copy()
         for fill in state.fills:
             filled = on & fill.blocks[of.mesh.block]
             load = load + self.rock.of(filled) @ fill.u
             virgin &= ~filled
         if self.initial_stress is not None:
-            load = load - _forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
+            load = load - forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
         held = held_displacements(of.model, of.mesh, of.basis, of.averages, present)
         idle = np.ones(of.basis.N, dtype=bool)
         idle[of.basis.element_dofs[:, on]] = False
@@ -343,17 +379,3 @@ class _Run:
             tangents=Tangents(stiffness, opening, slip, free),
             size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
         )
-
-
-def _forces_of_stress(basis: Any, stress: FloatArray) -> FloatArray:
-    """Return the internal forces (N,) [N/m] of a stress (3, t, i) [Pa]."""
-    import skfem
-    from skfem.helpers import sym_grad
-
-    @skfem.LinearForm
-    def form(v: Any, w: Any) -> Any:
-        e, (xx, yy, xy) = sym_grad(v), w["stress"]
-        return xx * e[0, 0] + yy * e[1, 1] + 2 * xy * e[0, 1]
-
-    forces: FloatArray = form.assemble(basis, stress=stress)
-    return forces

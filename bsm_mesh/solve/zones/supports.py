@@ -9,7 +9,7 @@ equations of the eliminated unknowns, where an inclined roller needs their compo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -55,6 +55,24 @@ class HeldDisplacements:
     values: FloatArray
 
 
+class SupportRows(NamedTuple):
+    """Displacements that the supports prescribe.
+
+    Attributes
+    ----------
+    nodal : tuple
+        Displacements of nodes along directions, as `Rows`.
+    rows : sparse (m, N)
+        Constraints that take in many unknowns.
+    values : (m,) float64 [m]
+        Their values.
+    """
+
+    nodal: Rows
+    rows: Any
+    values: FloatArray
+
+
 def held_displacements(
     model: Model, mesh: ContinuumMesh, basis: Any, averages: tuple[Any, Any], present: BoolArray
 ) -> HeldDisplacements:
@@ -84,6 +102,21 @@ def held_displacements(
     ModelError
         If supports prescribe different displacements of one node.
     """
+    given = support_rows(model, mesh, basis, averages, present)
+    turn, held, values = _node_axes(*given.nodal, nodal_unknowns(basis), basis.N)
+    return HeldDisplacements(turn=turn, held=held, given=values, rows=given.rows, values=given.values)
+
+
+def support_rows(
+    model: Model, mesh: ContinuumMesh, basis: Any, averages: tuple[Any, Any], present: BoolArray
+) -> SupportRows:
+    """Return what the model's supports prescribe; parameters as for `held_displacements`.
+
+    Raises
+    ------
+    ModelError
+        For supports given as bars.
+    """
     node_dofs = nodal_unknowns(basis)
     nodal: list[Rows] = [(np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros(0))]
     rows, values = [sp.csr_matrix((0, basis.N))], [np.zeros(0)]
@@ -110,9 +143,9 @@ def held_displacements(
             directions, displacement = held_directions(support, np.zeros((1, 2)))
             rows.extend(sp.csr_matrix(d @ probe) for d in directions)
             values.append(np.full(len(directions), displacement))
-    node, direction, given_there = (np.concatenate(column) for column in zip(*nodal, strict=True))
-    turn, held, given = _node_axes(node, direction, given_there, node_dofs, basis.N)
-    return HeldDisplacements(turn=turn, held=held, given=given, rows=sp.vstack(rows), values=np.concatenate(values))
+    node, direction, value = (np.concatenate(column) for column in zip(*nodal, strict=True))
+    real = node < len(node_dofs)  # with first-order elements there are no mid-side nodes
+    return SupportRows((node[real], direction[real], value[real]), sp.vstack(rows), np.concatenate(values))
 
 
 def nodal_unknowns(basis: Any) -> IntArray:
@@ -166,8 +199,6 @@ def _node_axes(
     node: IntArray, direction: FloatArray, displacement: FloatArray, node_dofs: IntArray, size: int
 ) -> tuple[Any, BoolArray, FloatArray]:
     """Return turn, held and given of `HeldDisplacements` from the rows at nodes."""
-    real = node < len(node_dofs)  # with first-order elements there are no mid-side nodes
-    node, direction, displacement = node[real], direction[real], displacement[real]
     held_nodes, place = np.unique(node, return_inverse=True)
     gram, right = np.zeros((len(held_nodes), 2, 2)), np.zeros((len(held_nodes), 2))
     np.add.at(gram, place, direction[:, :, None] * direction[:, None, :])

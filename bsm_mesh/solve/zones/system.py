@@ -37,6 +37,7 @@ class FreeUnknowns:
         self.free = np.flatnonzero(~(supports.held | idle))
         self.rows = self.reduced_columns(supports.rows)
         self.none = np.zeros(self.rows.shape[0])
+        self.solutions = 0  # how often `solve` was asked
         self._factors = _Factors()
 
     def fulfilled(self, u: FloatArray) -> FloatArray:
@@ -81,6 +82,7 @@ class FreeUnknowns:
             If the matrix is singular.
         """
         b = self.reduced(forces, self.none)
+        self.solutions += 1
         C, correction = self.rows, np.zeros(len(u))
         if not C.shape[0]:
             correction[self.free] = self._factors.of(A)(b) if self.free.size else 0.0

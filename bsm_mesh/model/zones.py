@@ -1,0 +1,98 @@
+"""Zones: finite elements inside blocks, whose rock deforms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray
+from bsm_mesh.errors import raise_faults
+from bsm_mesh.model.quantities import ZONE_ORDER, ZONE_SIZE
+from bsm_mesh.model.values import Rules
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Zones:
+    """Triangles that the blocks of a rock are divided into, so that they deform; displacements are small.
+
+    Attributes
+    ----------
+    size : float or None [m]
+        Greatest side of the triangles; None: the fewest triangles that fill a block.
+    order : int
+        Polynomial order of the displacements in them: 1 (constant stress) or 2 (linear stress).
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Rock("gneiss", unit_weight=26e3, young=20e9, poisson=0.25, zones=bsm.Zones(size=0.5)).zones.order
+    2
+    """
+
+    size: Annotated[float, ZONE_SIZE] | None = None
+    order: Annotated[int, ZONE_ORDER] = 2
+
+    def __post_init__(self) -> None:
+        rules = Rules("zones")
+        rules.numbers(self)
+        raise_faults(rules.faults)
+
+
+def has_zones(model: Model) -> bool:
+    """Return whether any block of a model has zones."""
+    return any(rock.zones is not None for rock in model.rocks) and bool(zoned_blocks(model).any())
+
+
+def zoned_blocks(model: Model) -> BoolArray:
+    """Return which blocks have zones, (n,) bool."""
+    zoned = {rock.name for rock in model.rocks if rock.zones is not None}
+    of_rock = np.array([name in zoned for name in model.blocks.rock_names], dtype=bool)
+    found: BoolArray = of_rock[model.blocks.rock]
+    return found
+
+
+def zone_order(model: Model) -> int:
+    """Return the order of the zones: rocks in use have one."""
+    used = {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
+    return next(rock.zones.order for rock in model.rocks if rock.zones is not None and rock.name in used)
+
+
+def zones_in_space(model: Model) -> list[str]:
+    """Return one sentence for every rock of polyhedra that has zones."""
+    return [
+        f"rock '{rock.name}': zones are for the plane; polyhedra are rigid: leave zones out"
+        for rock in model.rocks
+        if rock.zones is not None
+    ]
+
+
+def zone_faults(model: Model) -> list[str]:
+    """Return one sentence for every conflict of the zones with the rest of the model."""
+    used = {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
+    rocks = [rock for rock in model.rocks if rock.name in used]
+    zoned = [rock for rock in rocks if rock.zones is not None]
+    if not zoned:
+        return []
+    faults = [
+        f"rock '{rock.name}' is elastic and has no zones, but rock '{zoned[0].name}' has: its blocks would be rigid "
+        'and ignore young and poisson; give it zones = {}, or stiffness = "rigid"'
+        for rock in rocks
+        if rock.zones is None and not rock.is_rigid
+    ]
+    orders = {rock.name: rock.zones.order for rock in zoned if rock.zones is not None}
+    if len(set(orders.values())) > 1:
+        said = ", ".join(f"{order} of rock '{name}'" for name, order in orders.items())
+        faults.append(f"zones: rocks have elements of different order ({said}); give all of them the same")
+    if model.flow is not None:
+        faults.append("zones know no flow in joints; give [water] instead of [flow], or leave zones out")
+    faults += [
+        f"stage '{stage.name}' is shaken, and zones are at rest only; leave the stage or zones out"
+        for stage in model.stages
+        if stage.shaking is not None
+    ]
+    return faults

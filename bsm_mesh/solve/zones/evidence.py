@@ -1,0 +1,61 @@
+"""The evidence for the verdict on a stage in zones: strength and springs of joints; whole rock has no limit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.joint_laws import Elastic, JointLaw
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
+from bsm_mesh.results.records import ContactForces
+from bsm_mesh.solve.algebra.loads import given_of
+from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.stages import Continuum
+
+
+def evidence_of(
+    of: Continuum,
+    end: StageEnd,
+    contacts: ContactForces,
+    forces: PointForces,
+    water: WaterLoad,
+    bars: Bars,
+    weight: FloatArray,
+) -> Evidence:
+    """Return the evidence: laws and springs of joints; whole rock neither slips nor opens."""
+    joints, history, state = of.joints, end.history, end.at.state
+    m = len(contacts.length)
+    laws: tuple[JointLaw, ...] = (Elastic(),)
+    law, tension = np.zeros(m, np.int32), np.full(m, np.inf)
+    failed, path, left = np.zeros(m, dtype=bool), np.zeros(m), np.zeros(m)
+    size = np.sqrt(of.model.blocks.moments.area)[contacts.block_b]
+    of_rock = end.model.unit_weights * end.present
+    first = np.searchsorted(of.mesh.block[np.argsort(of.mesh.block, kind="stable")], contacts.block_b)
+    stiff = end.stiffness[np.argsort(of.mesh.block, kind="stable")[first]]
+    normal, shear = (stiff[:, k, k] * contacts.length / size for k in (0, 2))
+    if joints is not None and state is not None and history is not None:
+        on = np.flatnonzero(end.present[joints.block].all(axis=1))
+        rows = slice(0, len(on))
+        laws, law = (*joints.laws, Elastic()), np.full(m, len(joints.laws), np.int32)
+        law[rows], failed[rows], path[rows] = joints.joint[on], history.failed[on], history.slip_path[on]
+        left[rows] = np.where(history.parted, 0.0, joints.residual_tension)[on]
+        tension[rows] = np.where(failed[rows], left[rows], joints.tension[on])
+        normal[rows], shear[rows] = state.normal_stiffness[on], state.springs.stiffness[on]
+    return Evidence(
+        laws=law_table(laws),
+        law=law,
+        failed=failed,
+        slip_path=path,
+        tension=tension,
+        residual_tension=left,
+        normal_stiffness=normal,
+        shear_stiffness=shear,
+        near=np.zeros(m, dtype=bool),
+        **{**given_of(end.model, water, forces), "weight": weight, "unit_weight": of_rock},
+        bolt_pair=np.zeros((0, 2), np.int32),
+        bolt_tangent=np.zeros((0, 3, 3)),
+        **bar_rows(bars, bars.point),
+    )

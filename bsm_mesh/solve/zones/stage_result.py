@@ -1,0 +1,255 @@
+"""Results of a stage in zones: forces on every block, its balance, and the verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.loads import PointForces, point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord, SupportForces
+from bsm_mesh.results.zones import ZoneResult
+from bsm_mesh.solve.algebra.constraints import build_constraints
+from bsm_mesh.solve.algebra.loads import force_sums, mean_force, reference_weight, relative_residual
+from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
+from bsm_mesh.solve.zones.evidence import evidence_of
+from bsm_mesh.solve.zones.fields import over_blocks
+from bsm_mesh.solve.zones.small_displacements import moved_far
+from bsm_mesh.solve.zones.solution import ContinuumSolution
+from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, movement, stage_solution
+from bsm_mesh.solve.zones.stages import Continuum
+from bsm_mesh.solve.zones.supports import nodal_unknowns
+
+NO_EQUILIBRIUM = (
+    "no equilibrium was found in the zones, which allow small displacements only; leave zones out to see whether "
+    "blocks fall"
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Before:
+    """The start of a stage: present blocks (n,), their positions (n, 3), seconds, the reference so far."""
+
+    present: BoolArray
+    position: FloatArray
+    seconds: float
+    reference: float
+
+
+def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tolerance: float) -> StageResult:
+    """Return balance, means over blocks, zones and verdict at the end of a stage.
+
+    Parameters
+    ----------
+    of : Continuum
+        The cells, apart as well.
+    end : StageEnd
+        Its end.
+    before : Before
+        The state at its start.
+    number : int
+        Of the stage.
+    tolerance : float
+        Largest residual of a block in balance.
+    """
+    found = stage_solution(of, end, "", before.seconds, ())
+    out_of_balance, reactions = _at_nodes(of, end)
+    contacts = _contacts(of, end, out_of_balance + reactions)
+    bars, supports, held = _supports(of, end, reactions)
+    forces, water = (
+        _point_forces(of, end),
+        WaterLoad(end.model.replace(water=None if end.water is None else end.water.load.water, stages=(), bolts=())),
+    )
+    blocks, here = of.model.blocks, end.present[:, None]
+    on_blocks = water.on_blocks(blocks.vertices, blocks.moments.centroid) * here
+    weight = end.model.gravity_forces * here
+    loads = on_blocks + force_sums(forces, blocks)
+    loads[:, :2] += weight
+    bolts = _bolts(found.bolts)
+    residual = loads + held + _of_contacts(contacts, blocks.moments.centroid) + _of_bolts(bolts, of.model)
+    reference = _reference(end, loads, forces, contacts, bolts, before.reference)
+    relative = relative_residual(of.model, residual * here, reference)
+    position = _position(of, end, found)
+    status, reason = _verdict(of, end, found, position, relative, tolerance)
+    return StageResult(
+        name=end.name,
+        status=status,
+        reason=reason,
+        present=end.present,
+        displacement=found.displacement,
+        stage_displacement=np.where(before.present[:, None], position - before.position, found.displacement) * here,
+        origin=position - found.displacement,
+        stress=found.stress * here[:, :, None],
+        stress_effective=found.stress * here[:, :, None] + _pore_pressure(of, end),
+        loads=loads,
+        reactions=held,
+        water=on_blocks,
+        **water.recorded(),
+        contacts=contacts,
+        supports=supports,
+        bolts=bolts,
+        unstable_blocks=np.zeros(0, np.int32),
+        start_residual=0.0,
+        residual=relative,
+        reference_weight=reference,
+        steps=(_step_record(end, found, relative, before.seconds, number),),
+        evidence=evidence_of(of, end, contacts, forces, water, bars, weight),
+        zones=_zones(of, found, end),
+    )
+
+
+def _at_nodes(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
+    """Return the unbalanced forces at the nodes of every block, and the reactions."""
+    assert of.apart is not None
+    return of.apart.out_of_balance(end), of.apart.reactions(end)
+
+
+def _water(end: StageEnd) -> WaterLoad:
+    """Return the water of a stage."""
+    table = None if end.water is None else end.water.load.water
+    return WaterLoad(end.model.replace(water=table, stages=(), bolts=(), in_situ=None))
+
+
+def _contacts(of: Continuum, end: StageEnd, left: FloatArray) -> ContactForces:
+    """Return the forces at the points of joints, then those of whole rock."""
+    assert of.apart is not None
+    parts = contacts_of(of.joints, end, with_rock=True), of.apart.ties(end, left)
+    columns = {field.name: [getattr(part, field.name) for part in parts] for field in fields(ContactForces)}
+    return ContactForces(**{name: np.concatenate(values) for name, values in columns.items()})
+
+
+def _supports(of: Continuum, end: StageEnd, reactions: FloatArray) -> tuple[Bars, SupportForces, FloatArray]:
+    """Return the bars of blocks that are there, the forces at supports, and their sums on every block (n, 3)."""
+    assert of.apart is not None
+    held = of.apart.sums(reactions)
+    constraints = build_constraints(of.model)
+    every = constraints.bars
+    arm = every.point - of.model.blocks.moments.centroid[every.block]
+    size = bar_forces(constraints, held, arm, np.zeros(len(every.block)))
+    rows = np.flatnonzero(end.present[every.block])
+    bars = Bars(**{field.name: getattr(every, field.name)[rows] for field in fields(Bars)})
+    return bars, support_forces(bars, bars.point, size[rows]), held
+
+
+def _point_forces(of: Continuum, end: StageEnd) -> PointForces:
+    """Return loads, pressures on new faces, and excavation forces that are held back, as forces at points."""
+    assert of.apart is not None
+    given = point_forces_of(end.acting, of.model.blocks)
+    nodes = nodal_unknowns(of.apart.basis)
+    nodal = (end.pressures - of.apart.held_back(end))[nodes]
+    acting = np.flatnonzero(nodal.any(axis=1))
+    block = np.concatenate([given.block, of.apart.node_block[acting]])
+    point = np.concatenate([given.point, of.apart.basis.doflocs[:, nodes[acting, 0]].T])
+    force = np.concatenate([given.force, nodal[acting]])
+    here = end.present[block]
+    return PointForces(block=block[here].astype(np.int32), point=point[here], force=force[here])
+
+
+def _bolts(bolts: BoltForces) -> BoltForces:
+    """Return bolts whose dowels act where they cross joints as given: there small displacements have their forces."""
+    if not bolts.count:
+        return bolts
+    first = bolts.first_node
+    along = bolts.original[first + 1] - bolts.original[first]
+    reach = bolts.shear_point - bolts.original[first]
+    share = (reach * along).sum(axis=1) / (along**2).sum(axis=1)
+    return replace(bolts, shear_point=bolts.original[first] + share[:, None] * along)
+
+
+def _of_contacts(contacts: ContactForces, centroid: FloatArray) -> FloatArray:
+    """Return the sums of contact forces on every block, (n, 3)."""
+    total = np.zeros((len(centroid), 3))
+    for block, sign in ((contacts.block_b, 1.0), (contacts.block_a, -1.0)):
+        force, arm = sign * contacts.force, contacts.point - centroid[block]
+        np.add.at(total, block, np.column_stack([force, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]]))
+    return total
+
+
+def _of_bolts(bolts: BoltForces, model: Model) -> FloatArray:
+    block, point, force = bolts.on_blocks()
+    return force_sums(PointForces(block=block, point=point, force=force), model.blocks)
+
+
+def _reference(
+    end: StageEnd,
+    loads: FloatArray,
+    forces: PointForces,
+    contacts: ContactForces,
+    bolts: BoltForces,
+    before: float,
+) -> float:
+    """Return what residuals are relative to [N/m]: as of rigid blocks, whose contacts in the first stage count too.
+
+    Loads may balance each other on a block, which deforms by them: the mean of the forces counts as well.
+    """
+    at_start = mean_force(contacts.normal_force, contacts.shear_force) if before == 0 else 0.0
+    on_bolted = _of_bolts(bolts, end.model)
+    return max(
+        before, reference_weight(end.model, loads, on_bolted, end.present), at_start, mean_force(*forces.force.T)
+    )
+
+
+def _position(of: Continuum, end: StageEnd, found: ContinuumSolution) -> FloatArray:
+    """Return the movement of every block since it was given or put back, (n, 3)."""
+    before = movement(of, end.origin)
+    for fill in end.fills:
+        before[fill.blocks] = 0.0
+    position: FloatArray = (before + found.displacement) * end.present[:, None]
+    return position
+
+
+def _pore_pressure(of: Continuum, end: StageEnd) -> FloatArray:
+    """Return the mean pressure of the water in every block, on the diagonal of (n, 2, 2) [Pa]."""
+    if end.water is None:
+        return np.zeros((len(end.present), 2, 2))
+    area = of.basis.dx.sum(axis=1)
+    mean = (end.water.pressure * of.basis.dx).sum(axis=1) / area
+    of_block = over_blocks(mean, area, of.mesh.block, of.model.blocks.moments.area) * end.present
+    pressure: FloatArray = of_block[:, None, None] * np.eye(2)
+    return pressure
+
+
+def _verdict(
+    of: Continuum, end: StageEnd, found: ContinuumSolution, position: FloatArray, residual: float, tolerance: float
+) -> tuple[Status, str]:
+    if not found.converged:
+        return Status.NOT_CONVERGED, NO_EQUILIBRIUM
+    if far := moved_far(of.model.blocks, position, end.present):
+        return Status.NOT_CONVERGED, f"block {far}: zones know no larger ones; leave zones out to follow blocks"
+    if not residual <= tolerance:
+        return Status.NOT_CONVERGED, f"a block is out of balance by {residual:.1e} of the reference weight"
+    return Status.STABLE, "blocks and zones are in equilibrium"
+
+
+def _step_record(end: StageEnd, found: ContinuumSolution, residual: float, seconds: float, number: int) -> StepRecord:
+    status = found.contacts.status
+    return StepRecord(
+        stage=number,
+        step=0,
+        residual=residual,
+        max_displacement=float(np.hypot(*found.displacement[:, :2].T).max(initial=0.0)),
+        newton_iterations=end.solutions,
+        factorizations=end.solutions,
+        open_contacts=int((status == ContactStatus.OPEN).sum()),
+        slipping_contacts=int((status == ContactStatus.SLIPPING).sum()),
+        seconds=seconds,
+        method="Newton in zones",
+    )
+
+
+def _zones(of: Continuum, found: ContinuumSolution, end: StageEnd) -> ZoneResult:
+    """Return the zones of the blocks that are there."""
+    there = end.present[found.cell_block]
+    used, number = np.unique(found.cells[there], return_inverse=True)
+    return ZoneResult(
+        points=found.points[used],
+        displacement=found.point_displacement[used],
+        cells=number.reshape(found.cells[there].shape).astype(np.int32),
+        block=found.cell_block[there],
+        stress=found.cell_stress[there],
+    )

@@ -1,0 +1,216 @@
+"""Zones: model file, messages, results of a stage, files, pictures, and what they do not know."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import bsm_mesh as bsm
+from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.converters import compare
+from bsm_mesh.model.zones import Zones
+from bsm_mesh.solve.zones.zone_mesh import zone_mesh
+from tests.scenes.small_case import MODEL, ROCK
+
+GNEISS = bsm.Rock("gneiss", unit_weight=26e3, young=1e9, poisson=0.2, zones=bsm.Zones(size=0.4))
+RIGID = bsm.Rock("rigid", unit_weight=26e3)
+JOINT = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))
+WATER = bsm.Water(table=[(0, 1.4), (3, 1.7)])
+
+
+def rectangle(x0, y0, x1, y1):
+    return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+
+
+def wall(rocks=(GNEISS, RIGID), names=("gneiss", "rigid", "rigid", "gneiss"), **given):
+    """Return a wall of four blocks in bond, two of them with zones, on a floor and against a side."""
+    polygons = [rectangle(0, 0, 2, 1), rectangle(2, 0, 3, 1), rectangle(0, 1, 1, 2), rectangle(1, 1, 3, 2)]
+    blocks = (
+        bsm.Blocks.from_polygons(polygons, rock=list(names))
+        .with_boundary("bottom", lambda x, y: y < 1e-9)
+        .with_boundary("left", lambda x, y: x < 1e-9)
+        .with_boundary("top", lambda x, y: y > 2 - 1e-9)
+    )
+    usual = {
+        "joints": [JOINT],
+        "default_joint": "J1",
+        "supports": [bsm.Fixed(boundary="bottom"), bsm.NormalRoller(boundary="left")],
+        "loads": [
+            bsm.Pressure(boundary="top", pressure=1e5),
+            bsm.PointLoad(block=3, point=(2.5, 1.5), force=(-1e4, 0)),
+        ],
+    }
+    return bsm.Model(blocks=blocks, rocks=rocks, **{**usual, **given})
+
+
+BOLT = bsm.Bolt(start=(2.8, 1.9), end=(2.2, 0.1), diameter=0.025, young=2e11, pretension=1e4)
+CASES = {
+    "joints": {},
+    "whole rock": {"default_joint": None},
+    "water": {"water": WATER},
+    "water in whole rock": {"default_joint": None, "water": WATER},
+    "water in a joint": {"water": bsm.Water(table=[(0, 1.4), (3, 1.7)], joint_pressure={"J1": 3e4})},
+    "bolt": {"bolts": [BOLT]},
+    "in situ": {"in_situ": bsm.InSitu(stress={"yy": [-1e6, 0, 0], "xx": [-5e5, 0, 0], "xy": [0, 0, 0]})},
+    "support of a block": {"supports": [bsm.Fixed(blocks=[0]), bsm.Fixed(blocks=[1])]},
+    "stages": {
+        "stages": [
+            bsm.Stage(name="part", excavate=[3], relaxation=[0.5], water=WATER, pressure=2e4),
+            bsm.Stage(name="whole"),
+            bsm.Stage(name="back", fill=[3], loads=[bsm.Pressure(boundary="top", pressure=1e5)]),
+        ],
+    },
+}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("case", CASES)
+def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_path):
+    """By the forces of contacts, supports, bolts, water and loads alone: within blocks nothing is asked."""
+    zoned = dataclasses.replace(GNEISS, zones=Zones(size=0.5, order=order))
+    results = bsm.run(wall(rocks=[zoned, RIGID], **CASES[case]))
+    assert results.status == "stable", results.stages[-1].reason
+    check = results.check()
+    assert check.ok
+    assert check.block_residual < 1e-8
+    results.save(tmp_path / "out")
+    done = subprocess.run(
+        [sys.executable, "-m", verify_certificate.__name__, tmp_path / "out"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    results = bsm.run(wall())
+    results.save(tmp_path / "out")
+    found = bsm.Results.load(tmp_path / "out")
+    assert found.scheme == "zones"
+    ours, theirs = results.stages[0].zones, found.stages[0].zones
+    for field in dataclasses.fields(ours):
+        assert_array_equal(getattr(ours, field.name), getattr(theirs, field.name))
+    assert (tmp_path / "out/zones.pvd").is_file()
+    mesh = found.to_meshio("zones")
+    assert mesh.cells[0].type == "triangle6"
+    assert set(mesh.cell_data) >= {"stress", "sigma_1", "sigma_3", "block_id"}
+    for picture in ("zones_sigma_1", "zones_sigma_3"):
+        assert found.plot(picture).axes
+
+
+def test_pictures_of_zones_are_of_zones_only():
+    rigid = [dataclasses.replace(GNEISS, zones=None), RIGID]
+    with pytest.raises(bsm.ModelError, match="nothing to show"):
+        bsm.run(wall(rocks=rigid)).plot("zones_sigma_1")
+
+
+def test_block_means_are_those_of_the_zones():
+    stage = bsm.run(wall()).stages[0]
+    zones = stage.zones
+    a, b, c = np.moveaxis(zones.points[zones.cells[:, :3]], 1, 0)
+    area = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+    assert (area > 0).all()
+    for block in range(4):
+        mine = zones.block == block
+        mean = (zones.stress[mine] * area[mine, None, None]).sum(axis=0) / area[mine].sum()
+        assert_allclose(stage.stress[block], mean, rtol=1e-12)
+
+
+def test_stress_of_blocks_follows_from_their_contacts():
+    """Wang Eq. 3.45, the sum of x_i F_j of what acts on a block, and the mean of its zones are the same."""
+    weightless = [dataclasses.replace(rock, unit_weight=0.0) for rock in (GNEISS, RIGID)]
+    stage = bsm.run(wall(rocks=weightless, loads=[bsm.Pressure(boundary="top", pressure=1e5)])).stages[0]
+    contacts, block = stage.contacts, 3
+    total = np.zeros((2, 2))
+    for side, sign in ((contacts.block_b, 1.0), (contacts.block_a, -1.0)):
+        mine = side == block
+        total += np.einsum("ki,kj->ij", contacts.point[mine], sign * contacts.force[mine])
+    total += np.einsum("i,j->ij", (2.0, 2.0), (0.0, -1e5 * 2))
+    assert_allclose((total + total.T) / 4, stage.stress[block], atol=1e-6 * 1e5)
+
+
+def test_zones_are_no_larger_than_asked_and_neighbours_share_sides():
+    mesh = zone_mesh(wall())
+    sides = mesh.mesh.p[:, mesh.mesh.facets]
+    length = np.hypot(*(sides[:, 1] - sides[:, 0]))
+    of_gneiss = np.unique(mesh.mesh.t2f[:, np.isin(mesh.block, [0, 3])])
+    assert length[of_gneiss].max() <= 0.4 * (1 + 1e-9)
+    edges = np.concatenate([mesh.piece_facet[mesh.piece_start[e] : mesh.piece_start[e + 1]] for e in range(4)])
+    assert length[edges].sum() == pytest.approx(2 + 1 + 2 + 1)
+    inner = (mesh.mesh.f2t[1] >= 0).sum()
+    assert inner == (3 * mesh.mesh.t.shape[1] - (mesh.mesh.f2t[1] < 0).sum()) / 2
+
+
+def test_model_file_and_python_build_the_same(small_folder):
+    text = MODEL.replace(ROCK, ROCK + 'zones = { size = "50 cm", order = 1 }\n')
+    (small_folder / "model.toml").write_text(text, encoding="utf-8")
+    model = bsm.load(small_folder / "model.toml")
+    assert model.rocks[0].zones == bsm.Zones(size=0.5, order=1)
+    results = bsm.run(small_folder / "model.toml")
+    assert results.status == "stable"
+    written = bsm.load(bsm.run(model).save(small_folder / "again") / "model.toml")
+    assert written == model
+    assert written.digest != model.replace(rocks=[dataclasses.replace(model.rocks[0], zones=None)]).digest
+
+
+@pytest.fixture
+def small_folder(tmp_path):
+    from tests.scenes.square_mesh import msh
+
+    (tmp_path / "mesh.msh").write_text(msh(), encoding="utf-8")
+    return tmp_path
+
+
+def test_falling_blocks_have_no_equilibrium_in_zones():
+    """Without the wall's side a smooth, steep joint lets the upper block slide: rigid blocks fall, zones say so."""
+    smooth = dataclasses.replace(JOINT, law=bsm.MohrCoulomb(friction=5))
+    wedge = [[(0, 0), (2, 0), (2, 2)], [(0, 0), (2, 2), (0, 2)]]
+    blocks = bsm.Blocks.from_polygons(wedge, rock="gneiss").with_boundary("bottom", lambda x, y: y < 1e-9)
+    model = bsm.Model(
+        blocks=blocks, rocks=[GNEISS], joints=[smooth], default_joint="J1", supports=[bsm.Fixed(boundary="bottom")]
+    )
+    results = bsm.run(model)
+    assert results.status == "not_converged"
+    assert "leave zones out to see whether blocks fall" in results.stages[0].reason
+
+
+def test_large_movements_are_refused():
+    soft = dataclasses.replace(JOINT, normal_stiffness=1e6, shear_stiffness=1e6)
+    results = bsm.run(wall(joints=[soft]))
+    assert results.status == "not_converged"
+    assert "zones know no larger ones" in results.stages[0].reason
+
+
+SHAKEN = bsm.Shaking(waveform="sine", frequency=2.0, cycles=2, amplitude=1.0)
+REFUSED = [
+    (lambda: bsm.Rock("r", unit_weight=0, zones=bsm.Zones()), "give young and poisson"),
+    (lambda: dataclasses.replace(GNEISS, stiffness="rigid"), "leave stiffness out"),
+    (lambda: bsm.Zones(order=3), "order = 3"),
+    (lambda: bsm.Zones(size=-1.0), "size = -1"),
+    (lambda: bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2, zones=0.5), "must be"),
+    (lambda: wall(rocks=[GNEISS, dataclasses.replace(RIGID, young=1e9, poisson=0.2)]), "has no zones, but"),
+    (
+        lambda: wall(rocks=[GNEISS, dataclasses.replace(GNEISS, name="rigid", zones=bsm.Zones(order=1))]),
+        "different order",
+    ),
+    (lambda: bsm.run(wall(), bsm.Options(scheme="linear")), "is of rigid blocks"),
+    (lambda: bsm.run(wall(), bsm.Options(linear_solver="pardiso")), "does not solve zones"),
+    (lambda: bsm.run(wall(rocks=[dataclasses.replace(GNEISS, zones=bsm.Zones(size=1e-5)), RIGID])), "triangles"),
+    (lambda: bsm.run(wall(supports=[bsm.NormalRoller(boundary="left")])), "free to move"),
+    (lambda: bsm.factor_of_safety(wall()), "safety: zones"),
+    (lambda: bsm.spread(bsm.run(wall())), "spread: zones"),
+    (lambda: compare(wall(), bsm.run(wall())), "finite elements already"),
+    (lambda: wall(stages=[bsm.Stage(name="quake", shaking=SHAKEN)]), "zones are at rest only"),
+]
+
+
+@pytest.mark.parametrize(("make", "words"), REFUSED)
+def test_what_zones_do_not_know_is_refused(make, words):
+    with pytest.raises(bsm.ModelError, match=words):
+        make()
