@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array
 
+import bsm_mesh as bsm
 from bsm_mesh.solve.limit.interior_point import Answer, _polished, minimise
 
 EXACT = 1e-13  # over the greatest multiplier: rounding alone
@@ -63,3 +64,22 @@ def test_multipliers_do_not_vanish_for_want_of_a_bound():
     found = _polished(exact + generator.normal(scale=1e-8, size=21), slack, csr_array(rows.T), 0)
     assert_allclose(found, exact, rtol=1e-7)
     assert np.abs(rows.T @ found).max() <= EXACT
+
+
+def test_stones_on_their_corners_have_an_answer():
+    """Each stone bears on one point, so no strength balances it: the program has no solution, and is not given up."""
+    stones = [
+        [(-6.8, -1), (6.8, -1), (6.8, 0), (-6.8, 0)],
+        [(-0.286, 0.836), (-0.187, 0.246), (0.115, 0), (0.844, 0.16), (0.92, 0.783), (0.62, 1.132), (-0.075, 1.123)],
+        [(-1.297, 1.061), (-1.625, 0.742), (-1.318, 0), (-1.097, 0.096), (-0.921, 0.945)],
+        [(-0.696, 2.203), (-0.415, 1.229), (-0.047, 1.124), (0.367, 2.127), (0.021, 2.441)],
+        [(0.12, 3.151), (-0.378, 3.797), (-1.142, 3.306), (-1.249, 2.955), (-0.916, 2.168), (-0.139, 2.388)],
+    ]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([np.array(stone) for stone in stones], rock="rock"),
+        rocks=(bsm.Rock("rock", unit_weight=26e3),),
+        joints=(bsm.Joint("joint", normal_stiffness=5e8, shear_stiffness=5e7, law=bsm.MohrCoulomb(friction=50)),),
+        default_joint="joint",
+        supports=(bsm.Fixed(blocks=[0]),),
+    )
+    assert not bsm.limit_analysis(model).admissible

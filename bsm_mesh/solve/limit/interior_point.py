@@ -9,7 +9,7 @@ from typing import Any
 
 import clarabel
 import numpy as np
-from scipy.sparse import csc_array, csr_array, eye_array, vstack
+from scipy.sparse import csc_array, csr_array, eye_array, hstack, vstack
 from scipy.sparse.linalg import splu
 
 from bsm_mesh.arrays import FloatArray
@@ -113,6 +113,16 @@ def solve_conic(cost: FloatArray, matrix: csc_array, right: FloatArray, cones: S
     ModelError
         If the method gives up.
     """
+    answer, found = _asked(cost, matrix, right, cones)
+    if answer is None and (proof := _infeasibility(matrix, right, cones)) is not None:
+        return Answer.INFEASIBLE, proof
+    if answer is None:
+        raise ModelError(f"limit analysis: the linear program could not be solved ({found.status})")
+    return answer, found
+
+
+def _asked(cost: FloatArray, matrix: csc_array, right: FloatArray, cones: Sequence[Any]) -> tuple[Answer | None, Any]:
+    """Return how a conic program ends, None where Clarabel gives up, and what Clarabel returns."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.direct_solve_method = "qdldl"  # on one thread: the same to the last digit every time
@@ -122,10 +132,47 @@ def solve_conic(cost: FloatArray, matrix: csc_array, right: FloatArray, cones: S
     settings.static_regularization_constant = REGULARIZATION
     no_squares = csc_array((len(cost), len(cost)))
     found = clarabel.DefaultSolver(no_squares, cost, matrix, right, list(cones), settings).solve()
-    answer = ANSWERS.get(str(found.status))
-    if answer is None:
-        raise ModelError(f"limit analysis: the linear program could not be solved ({found.status})")
-    return answer, found
+    return ANSWERS.get(str(found.status)), found
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Proof:
+    """Multipliers `z` which prove that a program has no solution; `x` and `s` are zero."""
+
+    x: FloatArray
+    s: FloatArray
+    z: FloatArray
+
+
+def _infeasibility(matrix: csc_array, right: FloatArray, cones: Sequence[Any]) -> _Proof | None:
+    """Return the proof that a program has no solution; None where it has one, or Clarabel gives up again.
+
+    Asked for is the least part of the right-hand side that has to go. Without all of it ``x = 0`` is a solution, so
+    this program always has an optimum: Clarabel finds it where it gives up on the program itself.
+    """
+    rows, unknowns = matrix.shape
+    goes = _outside(right, cones)
+    part = csc_array(([-1.0], ([0], [unknowns])), shape=(1, unknowns + 1))
+    relaxed = csc_array(vstack([hstack([matrix, goes[:, None]]), part]))
+    cost = np.append(np.zeros(unknowns), 1.0)
+    answer, found = _asked(cost, relaxed, np.append(right, 0.0), [*cones, clarabel.NonnegativeConeT(1)])
+    if answer is not Answer.SOLVED or found.x[-1] <= ENOUGH:
+        return None
+    return _Proof(np.zeros(unknowns), np.zeros(rows), np.array(found.z)[:-1])
+
+
+def _outside(right: FloatArray, cones: Sequence[Any]) -> FloatArray:
+    """Return the right-hand side where it lies outside of its cone, else 0."""
+    found, first = np.zeros_like(right), 0
+    for cone in cones:
+        rows = slice(first, first + cone.dim)
+        first += cone.dim
+        given = right[rows]
+        if isinstance(cone, clarabel.NonnegativeConeT):
+            found[rows] = np.minimum(given, 0.0)
+        elif isinstance(cone, clarabel.ZeroConeT) or given[0] < np.hypot.reduce(given[1:]):
+            found[rows] = given
+    return found
 
 
 def _polished(z: FloatArray, slack: FloatArray, columns: csr_array, balances: int) -> FloatArray:
