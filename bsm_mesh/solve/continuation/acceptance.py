@@ -84,11 +84,12 @@ class Acceptance:
         wanted = SETTINGS.reduction * min(residual, 1.0) * self._system.residual_scale
         return Goal(max_residual=max(rest, wanted), rest=rest)
 
-    def accepted(self, attempt: Attempt, phase: Phase, *, quiet: bool) -> Attempt | None:
+    def accepted(self, attempt: Attempt, phase: Phase, *, moving: bool, quiet: bool) -> Attempt | None:
         """Return an attempt if the step may end with it, and count the step; else None.
 
-        Where it leads to an unstable equilibrium blocks are moved on a little, as they would fall from there, and
-        followed. `quiet`: they were at rest when the step began.
+        Where it leads to an unstable equilibrium blocks at rest are moved on a little, as they would fall from there,
+        and followed. Moving blocks never end there: an equilibrium that nothing holds them in is not on their way.
+        `moving`, `quiet`: they had velocities when the step began, or were at rest.
         """
         if not attempt.may_end:
             return None
@@ -96,6 +97,8 @@ class Acceptance:
             if not attempt.equations.within_search_range(attempt.position):
                 return None
             mode = None if quiet else falling_mode(attempt.equations, attempt.position, attempt.at, self.tolerance)
+            if mode is not None and moving:
+                return None
             if mode is not None:
                 self.pace = self.pace.followed()
                 pushed = self._system.moved_by(attempt.position, SETTINGS.push * self._system.d * mode)

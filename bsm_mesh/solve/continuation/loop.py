@@ -130,7 +130,8 @@ class Continuation:
                 if not method.applies(equations, iterate, goal):
                     continue
                 tried.append(method.name)
-                attempt = acceptance.accepted(method.solve(equations, iterate, goal), phase, quiet=state.quiet)  # (3)
+                found, moving = method.solve(equations, iterate, goal), state.velocity is not None
+                attempt = acceptance.accepted(found, phase, moving=moving, quiet=state.quiet)  # (3)
                 if attempt is not None:
                     break
             else:
