@@ -6,9 +6,12 @@ from scipy.linalg import eigh
 from scipy.sparse import bsr_array
 
 from bsm_mesh.contact.tangents import elastic_tangent
+from bsm_mesh.model.options import Options
+from bsm_mesh.solve.continuation.acceptance import Acceptance
+from bsm_mesh.solve.continuation.plan import Phase
 from bsm_mesh.solve.continuation.stability import NEUTRAL, falling_mode
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
-from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
+from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.steps import begun
@@ -60,3 +63,17 @@ def test_blocks_leave_an_unstable_equilibrium_by_its_lowest_mode(others):
 
 def test_blocks_that_stand_on_faces_stay():
     assert falling_mode(*at_equilibrium(rectangle(0, 0, 1, 1), rectangle(3, 0, 4, 2)), TOLERANCE) is None
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_moving_blocks_do_not_stop_in_an_unstable_equilibrium(moving):
+    """At rest a square on its corner is pushed, as it would fall; one that moves does not end its step there."""
+    step, position, _ = at_equilibrium(on_its_corner(0.0, 1.0))
+    acceptance = Acceptance(step.system, Options(), intact=True)
+    attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
+    ended = acceptance.accepted(attempt, Phase.NEAR_REST, moving=moving, quiet=False)
+    if moving:
+        assert ended is None
+    else:
+        assert ended.velocity is not None
+        assert step.movement(ended.position - position) > 0
