@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.loads import Load
     from bsm_mesh.model.options import Options
     from bsm_mesh.results import Results
+    from bsm_mesh.results.liner import liner_forces
     from bsm_mesh.safety import Failure, Measured, back_analysis, factor_of_safety, limit_value, newmark
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
     from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -74,6 +75,7 @@ if TYPE_CHECKING:
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
 _HOME = {
     "Results": "bsm_mesh.results",
+    "liner_forces": "bsm_mesh.results.liner",
     "Options": "bsm_mesh.model.options",
     "Falls": "bsm_mesh.model.falls",
     "Polyhedra": "bsm_mesh.three_d.blocks.polyhedra",
@@ -221,6 +223,7 @@ __all__ = [
     "library",
     "limit_analysis",
     "limit_value",
+    "liner_forces",
     "load",
     "newmark",
     "run",

@@ -21,7 +21,7 @@ from bsm_mesh.commands.cli_options import (
     no_scripts_option,
     quiet_option,
 )
-from bsm_mesh.commands.cli_results import paraview, plot, report, verify, view
+from bsm_mesh.commands.cli_results import liner, paraview, plot, report, verify, view
 from bsm_mesh.commands.cli_safety import back_analysis, newmark, safety, study
 from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.text.interruption import guarded
@@ -313,7 +313,7 @@ def schema() -> None:
     say_json(ModelFile.model_json_schema())
 
 
-for command in (compare, safety, newmark, back_analysis, study, plot, view, paraview, report, verify):
+for command in (compare, safety, newmark, back_analysis, study, plot, view, liner, paraview, report, verify):
     cli.add_command(command)
 
 

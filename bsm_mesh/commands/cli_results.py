@@ -105,6 +105,24 @@ def paraview(out: Path) -> None:
 
 @click.command()
 @click.argument("out", type=PATH)
+@click.option("--rock", required=True, metavar="NAME", help="The rock of which the liner consists.")
+@click.option("--stage", metavar="NAME", help="Name or number of the stage; the last by default.")
+@click.option("--compressive-strength", required=True, metavar="STRENGTH", help='Of the liner, such as "25 MPa".')
+@click.option("--tensile-strength", required=True, metavar="STRENGTH", help='Of the liner, such as "2.5 MPa".')
+@json_option
+def liner(out: Path, as_json: bool, **asked: Any) -> None:
+    """Check thrust and moment of a liner in the results in OUT against its capacity.
+
+    The liner is a ring or arch of blocks of one rock. OUT/liner.csv has thrust, shear, moment and utilisation of each
+    section, OUT/liner.png the moments over the thrusts with the elastic envelope of capacity.
+    """
+    from bsm_mesh.commands.liner import check_liner
+
+    check_liner(out, as_json=as_json, **asked)
+
+
+@click.command()
+@click.argument("out", type=PATH)
 @json_option
 def verify(out: Path, as_json: bool) -> None:
     """Check from the files in OUT alone on what every verdict rests.

@@ -53,6 +53,7 @@ UNIT_WEIGHT = Quantity(unit="N/m^3", least=0, most=1e12, usual=(5e3, 5e4), examp
 YOUNG = Quantity(unit="Pa", least=1e-6, most=1e18, usual=(1e5, 5e11), example='"20 GPa"')
 POISSON = Quantity(least=0, most=0.499, example="0.25")
 COHESION = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 1e8), example='"1 MPa"', why=NO_LIMIT)
+LINER_COMPRESSION = Quantity(unit="Pa", least=1e3, most=1e10, usual=(1e6, 2e8), example='"25 MPa"')
 TENSILE_STRENGTH = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 5e7), example='"0.1 MPa"', why=NO_LIMIT)
 # Of joints: Barton (1974), A review of the shear strength of filled discontinuities in rock, NGI publication 105, lists
 # 0 to 0.74 MPa; Wang Table A.3 0 to 0.14 MPa. More than twice the greatest is that of rock bridges, or a slip of kPa.

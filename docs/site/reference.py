@@ -20,7 +20,8 @@ PAGES: dict[str, tuple[str, str]] = {
     "laws": ("Joint laws", "Patton MohrCoulomb JointResponse bsm_mesh.model.joint_laws.JointLaw"),
     "results": (
         "Results",
-        """Results bsm_mesh.results.records.StageResult bsm_mesh.results.records.ContactForces
+        """Results liner_forces bsm_mesh.results.liner.LinerForces bsm_mesh.results.liner.Capacity
+        bsm_mesh.results.records.StageResult bsm_mesh.results.records.ContactForces
         bsm_mesh.results.records.SupportForces bsm_mesh.results.records.StepRecord bsm_mesh.results.records.Status
         bsm_mesh.results.bolts.BoltForces bsm_mesh.results.check.Check bsm_mesh.results.falls.Fall
         bsm_mesh.solve.limit.analysis.LimitAnalysis bsm_mesh.safety.answer.Safety

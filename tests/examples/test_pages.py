@@ -55,6 +55,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/earthquakes.md": [*SLOPE, QUAKE, SHAKEN],
     "docs/how_to.md": [],
     "docs/kinematics.md": [],
+    "docs/liner.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": [*RUN, SURVEY],
     "docs/safety.md": [],
