@@ -88,6 +88,7 @@ def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_pa
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.heavy
 def test_what_is_written_is_read_back(tmp_path):
     results = bsm.run(wall())
     results.save(tmp_path / "out")
@@ -104,6 +105,7 @@ def test_what_is_written_is_read_back(tmp_path):
         assert found.plot(picture).axes
 
 
+@pytest.mark.heavy
 def test_pictures_of_zones_are_of_zones_only():
     rigid = [dataclasses.replace(GNEISS, zones=None), RIGID]
     with pytest.raises(bsm.ModelError, match="nothing to show"):
@@ -147,6 +149,7 @@ def test_zones_are_no_larger_than_asked_and_neighbours_share_sides():
     assert inner == (3 * mesh.mesh.t.shape[1] - (mesh.mesh.f2t[1] < 0).sum()) / 2
 
 
+@pytest.mark.heavy
 def test_model_file_and_python_build_the_same(small_folder):
     text = MODEL.replace(ROCK, ROCK + 'zones = { size = "50 cm", order = 1 }\n')
     (small_folder / "model.toml").write_text(text, encoding="utf-8")

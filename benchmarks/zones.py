@@ -1,0 +1,80 @@
+"""Zones and closed forms, and the cost of zones: ``python -m benchmarks.zones --into docs/zones.md``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import bsm_mesh as bsm
+from benchmarks.continuum import ROOT
+from benchmarks.pages import add_into, processor, tell
+from examples.numbers.pages import markdown
+from tests.scenes import zones as scenes
+
+COMMAND = "python -m benchmarks.zones"
+HEADER = ("case", "closed form", "first order", "second order")
+COST_HEADER = ("blocks of the staged tunnel (756)", "zones", "processor time, s", "greatest displacement, mm")
+
+
+def closed_forms() -> list[tuple[str, ...]]:
+    """Return the lines of the table of closed forms."""
+    stiffness = [f"{value:.4f}" for value in scenes.crack_exact()]
+    discs = [scenes.disc(order, 0.08) for order in (1, 2)]
+    cracks = [[f"{value:.4f}" for value in scenes.crack(order)] for order in (1, 2)]
+
+    def both(case: str, exact: str, find: Callable[[int], float], form: str = "{:.6g}") -> tuple[str, ...]:
+        return (case, exact, *(form.format(find(order)) for order in (1, 2)))
+
+    return [
+        both("modulus of jointed rock, GPa", "14.2857", scenes.modulus),
+        both("shear modulus of jointed rock, GPa", "6.66667", scenes.shear_modulus),
+        both("horizontal over vertical stress between rigid sides", ".111111", scenes.stress_ratio),
+        ("slipping crack: loading, unloading, slip back, GN/m", ", ".join(stiffness), *(", ".join(c) for c in cracks)),
+        both("hole in a plate (Kirsch), 496 quads: error of block means", "0", scenes.kirsch_error, "{:.2%}"),
+        *(
+            both(
+                f"cantilever of 4 by 1 m, zones of {size:g} m: deflection over beam theory",
+                "1",
+                lambda order, size=size: scenes.cantilever(order, size),
+                "{:.3f}",
+            )
+            for size in (1.0, 0.5, 0.25)
+        ),
+        ("Brazilian disc: tension in the middle over 2P/(pi D)", "1", *(f"{found[0]:.3f}" for found in discs)),
+        ("Brazilian disc: compression there over 6P/(pi D)", "1", *(f"{found[1]:.3f}" for found in discs)),
+    ]
+
+
+def costs() -> list[tuple[str, ...]]:
+    """Return the lines of the table of costs."""
+    model = bsm.load(ROOT / "examples/staged_tunnel/model.toml")
+    given = {"rigid": None, "zones = { order = 1 }": bsm.Zones(order=1), "zones = {}": bsm.Zones()}
+    given['zones = { size = "1 m" }'] = bsm.Zones(size=1.0)
+    lines = []
+    for name, zones in given.items():
+        elastic = {} if zones is None else {"young": 20e9, "poisson": 0.25, "zones": zones}
+        other = model.replace(rocks=[replace(rock, **elastic) for rock in model.rocks])
+        bsm.run(other)
+        began = time.process_time()
+        last = bsm.run(other).stages[-1]
+        count = "none" if last.zones is None else str(len(last.zones.cells))
+        lines.append((f"`{name}`", count, f"{time.process_time() - began:.2g}", f"{1e3 * last.max_displacement:.4g}"))
+    return lines
+
+
+def main() -> int:
+    """Solve the cases, and print the tables or put them into a page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    add_into(parser, COMMAND)
+    given = parser.parse_args()
+    said = f"The rock of the tunnel has E = 20 GPa and nu = .25 where it has zones. Measured on {processor()}."
+    text = f"{markdown(HEADER, closed_forms())}\n\n{said}\n\n{markdown(COST_HEADER, costs())}"
+    tell(text, COMMAND, given.into)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
