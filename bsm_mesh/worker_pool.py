@@ -35,7 +35,7 @@ class Finished:
     run : int
         Its number.
     answers : object
-        What the work returned; None: it was given up.
+        The answer of the work; None: it was given up.
     error : str
         Why it was given up.
     """
@@ -88,7 +88,7 @@ class WorkerPool:
         self.close()
 
     def run(self, tasks: Mapping[int, Any]) -> Iterator[Finished]:
-        """Return the tasks as they come to their end, in any order, each once.
+        """Return the tasks as they end, in any order, each once.
 
         Raises
         ------
@@ -206,7 +206,7 @@ class _Worker:
         )
 
     def prepare(self, work: Work, script: bool) -> None:
-        """Wait until it takes tasks, and send the work; one that never comes to that is no fault of a task."""
+        """Wait until it takes tasks, and send the work; a process that does not start is no fault of a task."""
         assert self._process.stdout is not None
         if receive(self._process.stdout) is None:
             code = self._process.wait()

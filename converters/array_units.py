@@ -27,7 +27,7 @@ UNITS = {
     **dict.fromkeys(("block_id", "block_a", "block_b", "rock", "joint", "edge_joint"), ""),
     **dict.fromkeys(("status", "unstable", "bolt", "alive", "piece"), ""),
 }
-"""Unit of each array by its name; "" where it has none. What differs from kind to kind is in `OF_A_KIND`."""
+"""Unit of each array by its name; "" where it has none. Units that differ from kind to kind are in `OF_A_KIND`."""
 
 OF_A_KIND = {
     ("blocks", "reaction"): f"N/m, N/m, N {PER_METRE}",

@@ -1,8 +1,8 @@
 """Results to VTU and PVD for ParaView, and back.
 
-The files have numbers only: meshio 5.3.5, VisIt and vtk.js read no text arrays, so that names of joints and rocks are
-field arrays of one number, `kind:name`, and zlib compresses (meshio knows no LZ4). `stress` has six components for
-ParaView; the stress out of the plane is 0, since rigid blocks in the plane have none.
+The files have numbers only, since meshio 5.3.5, VisIt and vtk.js read no text arrays. Names of joints and rocks are
+field arrays of one number, `kind:name`. The compressor is zlib, since meshio knows no LZ4. `stress` has six
+components for ParaView; the stress out of the plane is 0, since rigid blocks in the plane have none.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Lines of a DXF drawing: straight ones, and curves sampled so that no chord is farther off than a tolerance."""
+"""Lines of a DXF drawing: straight ones, and curves sampled so that each chord is within a tolerance."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def build(
     good = checks.positive(size=size, gap=gap, behind=behind)
     if checks.positive_or_none(separation=separation) and good and separation is not None and separation > gap:
         checks.add(
-            f"separation = {separation} m exceeds gap = {gap} m: the pushed block would stand over the end of "
+            f"separation = {separation} m exceeds gap = {gap} m: the pushed block would extend beyond the end of "
             "the base; give a separation of at most gap"
         )
     checks.group_part(rock=rock)

@@ -3,7 +3,7 @@
 Gmsh is global state. A session gives a script its own model and the options below, and puts back
 what was there before, also when the script raises. Importing this module needs no Gmsh.
 
-The same parameters give the same file, byte for byte: no configuration is read, Gmsh has one thread, and every option
+The same parameters give the same file, byte for byte. No configuration is read, Gmsh has one thread, and every option
 of a plane mesh is set. `write_mesh` refuses a mesh that has lost a group: Gmsh drops groups of entities that are
 fragmented after they were named.
 """

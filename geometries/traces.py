@@ -96,7 +96,7 @@ def _known(sets: Mapping[str, object], left_out: str) -> str:
 
 
 def _refuse_wild(file: Path, found: Mapping[str, Sequence[FloatArray]]) -> None:
-    """Refuse lines of fewer than two points, and coordinates that are no numbers or farther away than any rock."""
+    """Refuse lines of fewer than two points, and coordinates that are no numbers or beyond any rock."""
     faults = []
     for name, lines in found.items():
         for number, line in enumerate(lines, start=1):

@@ -40,7 +40,7 @@ PLAIN = "#e9e5dc"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repair:
-    """What is to be mended.
+    """Repairs to be made.
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ def cli() -> None:
 def demo(output: Path) -> None:
     """Run the whole chain on a built-in cavern.
 
-    Geometry, mesh, stages, VTU files and pictures, in a folder of their own: without bolts a wedge comes down from the
+    Geometry, mesh, stages, VTU files and pictures, in a folder of their own. Without bolts a wedge comes down from the
     roof, with them it stands.
     """
     start_early("a cavern, without bolts and with them", quiet=False)
@@ -144,7 +144,10 @@ def check(
 @json_option
 @quiet_option
 @click.option(
-    "-v", "--verbose", is_flag=True, help="A line for every step, by which method it was found; what the solution took."
+    "-v",
+    "--verbose",
+    is_flag=True,
+    help="A line for every step, by which method it was found; the cost of the solution.",
 )
 @click.option(
     "--spread",

@@ -94,7 +94,7 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
     type=click.Choice(["acceleration", "velocity"]),
     default="acceleration",
     show_default=True,
-    help="With --record: what it is of.",
+    help="With --record: its quantity.",
 )
 @click.option("--scale", type=float, default=1.0, show_default=True, help="With --record: factor on it.")
 @click.option("--stage", metavar="NAME", help="The stage whose blocks are shaken; the one before the shaken stage.")

@@ -1,4 +1,4 @@
-"""What the commands do, step by step."""
+"""The work of the commands, step by step."""
 
 from __future__ import annotations
 

@@ -215,7 +215,7 @@ def _histories(comparison: Comparison) -> list[tuple[str, ...]]:
 
 
 def error_row(error: Difference, where: str, whole_stress: float = 0.0) -> tuple[str, ...]:
-    """Return what is printed of a difference, as `ERROR_HEADER` heads it; rounding beside the whole stress as 0."""
+    """Return what is printed of a difference, as `ERROR_HEADER` heads it; rounding of the whole stress as 0."""
     from bsm_mesh.converters.continuum.differences import NEGLIGIBLE
 
     least = NEGLIGIBLE * whole_stress if error.unit == "Pa" else 0.0

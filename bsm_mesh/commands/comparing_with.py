@@ -28,7 +28,7 @@ STEM = "compare_with"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Others:
-    """Results of another program: files (a PVD stands for those it lists), what is in them, and their stages."""
+    """Results of another program: files (a PVD means those that it lists), their fields, and their stages."""
 
     files: tuple[Path, ...]
     names: FieldNames

@@ -1,4 +1,4 @@
-"""The command ``demo``: a cavern whose roof wedge comes down without bolts, and stands with them."""
+"""The command ``demo``: a cavern whose roof wedge falls without bolts and is stable with them."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ EXIT_DONE, EXIT_UNDECIDED = 0, 3
 
 
 def folder_beside(loaded: LoadedModel, word: str) -> Path:
-    """Return the default folder of an answer: beside the results of the run."""
+    """Return the default folder of an answer: next to the results of the run."""
     results = Path(loaded.file.output.folder or f"out/{loaded.path.stem}")
     return loaded.reach.output(str(results.with_name(f"{results.name}-{word}")) if results.name else word)
 

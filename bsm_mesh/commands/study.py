@@ -234,7 +234,7 @@ def _duration(seconds: float) -> str:
 
 
 def _again(path: Path, output: Path | None, processes: int | None, scheduler: str | None, *, scripts: bool) -> str:
-    """Return the command that goes on with a study."""
+    """Return the command that resumes a study."""
     words = ["bsm-mesh", "study", str(path)]
     for option, value in (("-o", output), ("--processes", processes), ("--scheduler", scheduler)):
         words += [] if value is None else [option, str(value)]

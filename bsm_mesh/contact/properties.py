@@ -51,7 +51,7 @@ class LawCatalogue:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class JointCatalogue(LawCatalogue):
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     """
 
     def __init__(self, model: Model) -> None:

@@ -28,7 +28,7 @@ class Apertures:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     joints : JointNetwork
         Its joints.
     """

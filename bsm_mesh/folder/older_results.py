@@ -1,6 +1,6 @@
 """Summaries of older schema versions, each turned into that of the next version by a function of its own.
 
-What the files beside them lack is known where they are read: names of numbers (`names_in` of converters/vtk_files.py)
+Missing values of the other files are known to their readers: names of numbers (`names_in` of converters/vtk_files.py)
 and the pressure below a water table (`_water_of` of storage.py).
 """
 

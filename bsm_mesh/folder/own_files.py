@@ -62,7 +62,7 @@ def own_files(folder: Path) -> set[str]:
 
 
 def has_marker(folder: Path) -> bool:
-    """Return whether a folder bears the marker of a run: a file of its own, no link to one."""
+    """Return whether a folder has the marker of a run: a file of its own, no link to one."""
     return (folder / MARKER).is_file() and not (folder / MARKER).is_symlink()
 
 
@@ -132,7 +132,7 @@ def is_lasting(name: str) -> bool:
 
 
 def retire(folder: Path, heir: Path) -> None:
-    """Remove a folder that another one stands for; what bsm-mesh did not write goes to the other one first."""
+    """Remove a folder that another one replaces; what bsm-mesh did not write goes to the other one first."""
     for name in foreign_files(folder):
         keep_in(folder, heir, name)
     remove_tree(folder, last=MARKER)

@@ -1,6 +1,6 @@
 """A results folder: where a run may write, and how a finished one takes the place of the former results.
 
-A folder of a run is in one of the four states of `State`, and the ending of its name says which. A file beside it,
+A folder of a run is in one of the four states of `State`, and the ending of its name says which. The file next to it,
 ``.NAME.lock``, is locked while a run writes. Every change of state is one renaming (`docs/architecture.md` draws them).
 A process may be killed between any two of them: `ResultsFolder.recover` of the next run ends the change.
 """
@@ -121,7 +121,7 @@ class ResultsFolder:
 
     @property
     def is_own(self) -> bool:
-        """Whether the folder is there and bears the marker."""
+        """Whether the folder exists and has the marker."""
         return has_marker(self.place)
 
     @property
@@ -135,7 +135,7 @@ class ResultsFolder:
         Parameters
         ----------
         inputs : iterable of Path
-            Files that the run reads. Those in the folder stay; they must not bear the name of a result.
+            Files that the run reads. Those in the folder stay; they must not have the name of a result.
 
         Raises
         ------
@@ -224,7 +224,7 @@ class ResultsFolder:
     def recover(self) -> None:
         """End what a killed run had begun: finished results take their place, or the former ones come back.
 
-        Where a folder beside is a link, or bears no marker of a run, nothing is touched.
+        Where one of the other folders is a link, or has no marker of a run, nothing is touched.
         """
         if self.strange():
             return
@@ -276,7 +276,7 @@ class ResultsFolder:
     def _remove_unlisted(self) -> None:
         """Remove what finished results do not list: the checkpoint and its files, and pictures of another state.
 
-        Not before they are finished: a run that ends while it completes them goes on from its checkpoint.
+        Not before they are finished: a run that ends while it completes them resumes from its checkpoint.
         """
         for name in sorted(own_files(self.running) - set(read_json(self.running / SUMMARY)["files"])):
             if name not in (MARKER, SUMMARY):

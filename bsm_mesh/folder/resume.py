@@ -37,7 +37,7 @@ class TakenUp:
     place : Path
         The folder that it is in.
     checkpoint : Checkpoint
-        Where the run goes on.
+        State from which the run resumes.
     results : Results or None
         Of the stages that are at their end; None where there is none.
     told : dict
@@ -51,7 +51,7 @@ class TakenUp:
 
 
 def identity_of(model: Model, options: Options, snapshots: str) -> dict[str, Any]:
-    """Return what has to be the same for a run to go on and end to the last digit as if it had not been interrupted."""
+    """Return the identity of a run: if it is the same, a resumed run has the same digits as one without a break."""
     return {
         "versions": ", ".join(f"{name} {number}" for name, number in versions().items()),
         "code": code_digest(),
@@ -97,7 +97,7 @@ def _finished(place: Path, count: int) -> Results | None:
     except ModelError as error:
         raise ModelError(f"the finished stages of what was interrupted: {error}; {CURE}") from error
     if len(results.stages) < count:
-        raise ModelError(f"{place / SUMMARY} lacks a stage that was finished; {CURE}")
+        raise ModelError(f"{place / SUMMARY} has no record of a finished stage; {CURE}")
     return replace(results, stages=results.stages[:count], finished=False)
 
 

@@ -26,7 +26,7 @@ QUANTITIES = {
     "joint": ("slip", "opening", "slipping_share", "open_share"),
     "bolt": ("axial_force",),
 }
-"""What may be set beside a history of each kind."""
+"""Reference values that a history of each kind takes."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ def model_in_stage(model: Model, number: int) -> Model:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     number : int
         Of the stage; 0: before the first.
     """

@@ -182,7 +182,7 @@ BoundaryLoad: TypeAlias = Pressure | Traction | EarthPressure | EdgeTractions
 ActingLoad: TypeAlias = PointLoad | BoundaryLoad | PointForces
 GIVEN_LOADS = (PointLoad, Pressure, Traction, EarthPressure, EdgeTractions, InSituTraction)
 Load: TypeAlias = ActingLoad | InSituTraction
-"""What acts on blocks: loads as they are given, or point forces that were worked out before."""
+"""Loads on blocks: as they are given, or point forces that were worked out before."""
 
 
 def _on_boundary(name: object) -> str:

@@ -32,7 +32,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     fails : bool
         Whether its joints may fail when it is solved; then those that cannot are noted.
     """

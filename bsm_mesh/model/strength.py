@@ -140,7 +140,7 @@ def with_strength(model: Model, factors: Mapping[str, float]) -> Model:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     factors : mapping of str to float
         What a strength is multiplied by, by names of joints; ``"*"``: every joint with a law that is not named;
         ``"rock:NAME"``: faces of that rock without a joint, ``"rock:*"``: those of every rock that is not named.

@@ -206,7 +206,7 @@ class Bars:
 
 GIVEN_SUPPORTS = (Fixed, Roller, NormalRoller, PrescribedDisplacement)
 Support: TypeAlias = GivenSupport | Bars
-"""What holds blocks: supports as they are given, or bars that were worked out before."""
+"""Supports of blocks: as they are given, or bars that were worked out before."""
 
 
 def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:

@@ -102,7 +102,7 @@ def read_file(path: Path) -> ModelFile | SpaceFile:
 
 
 def output_folder(file: ModelFile | SpaceFile, path: Path, reach: Reach) -> Path:
-    """Return where a model file says that results go: by default to a folder that bears the file's name."""
+    """Return where a model file says that results go: by default to a folder of the file's name."""
     return reach.output(file.output.folder or f"out/{path.stem}")
 
 

@@ -1,4 +1,4 @@
-"""Keys of the model file that are fields of a class of the model: type, range, default and description stand there."""
+"""Keys of the model file that are fields of a class of the model: type, range, default and description are there."""
 
 from __future__ import annotations
 

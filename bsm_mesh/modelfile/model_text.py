@@ -44,7 +44,7 @@ NAMES = {kind: name for name, kind in LAWS.items()}
 
 Content = dict[str, Any]
 Given = Mapping[str, Callable[[Path], object]]
-"""Files that say what is run: their names, and what writes each."""
+"""Input files of a run: their names, and the writer of each."""
 
 
 class NoFormError(Exception):

@@ -1,7 +1,7 @@
 """What a model file may do: run a geometry script and name any path, or neither (``--no-scripts``).
 
-There are two states and no sandbox: a model file may do anything that its user may, or runs no script and reads only
-files beside it. Scripts are the default, since geometries are made by them.
+There are two states and no sandbox. A model file may do anything that its user may, or it runs no script and reads only
+files in its folder. Scripts are the default, since geometries are made by them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The pictures of a results folder: ``python -m bsm_mesh.pictures.pictures OUT``, the wishes as JSON after it.
 
-A picture of a stage is a figure of Matplotlib (`figure_of`), whoever writes it. Those of the last stage bear the
-picture's name alone, as ``displacement.png``; those of stages before bear their number too:
+A picture of a stage is a figure of Matplotlib (`figure_of`), whoever writes it. Those of the last stage have the
+picture's name alone, as ``displacement.png``; those of stages before have their number too:
 ``displacement_stage_0.png``.
 
 Matplotlib draws them and not VTK, which needs OpenGL, has no round ticks and cannot be shown in a notebook.

@@ -122,7 +122,7 @@ class Recorder:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     """
 
     def __init__(self, model: Model) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 Source: TypeAlias = "str | os.PathLike[str] | Results"
-"""What is set beside histories: a table (CSV), a results folder, or other results."""
+"""Reference values of histories: a table (CSV), a results folder, or other results."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)

@@ -47,7 +47,7 @@ class RouteEnd:
 
 
 def route_end(route: str, results: Results, usual: Results, *, same_loads: bool = True) -> RouteEnd:
-    """Return where a route led, beside the usual one; with other loads no distance between both is given."""
+    """Return where a route led compared with the usual one; with other loads no distance between both is given."""
     last, difference, block = results.stages[-1], None, None
     for one, other in zip(results.stages, usual.stages, strict=False):
         if same_loads and one.status.is_at_rest and other.status.is_at_rest:

@@ -63,7 +63,7 @@ class Criterion(Protocol):
 
     @property
     def movement(self) -> float:
-        """Part of a block's size; what moves farther from the reference state than that has failed."""
+        """Part of a block's size: a block that moves by more from the reference state has failed."""
 
     def judge(self, ended: Ended, reference: Ended | None, blocks: Blocks, counts: BoolArray) -> Judgement:
         """Return what is said of a run; from `reference` the movement of the blocks (n,) in `counts` counts."""

@@ -128,7 +128,7 @@ def newmark(
     shaken: bool = True,
     report: Callable[[str], None] = lambda text: None,
 ) -> Newmark:
-    """Return how far a model slides in an earthquake by Newmark's method, and beside it what its shaken stage says.
+    """Return how far a model slides in an earthquake by Newmark's method, and the result of its shaken stage.
 
     The yield acceleration is the greatest horizontal part of the weights that the blocks bear in a stage of their own,
     from where they are at rest (`limit_value`). The record is integrated twice where it exceeds it, once as given and
@@ -137,7 +137,7 @@ def newmark(
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     shaking : Shaking, optional
         The record; by default that of the model's first shaken stage.
     sides : sequence of {"left", "right"}

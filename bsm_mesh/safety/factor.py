@@ -55,7 +55,7 @@ def factor_of_safety(
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     options : Options, optional
         How it is solved, instead of the model's own options.
     stage : str, optional

@@ -30,7 +30,7 @@ class Dask:
     address: str
 
     def run(self, work: Work, tasks: Mapping[int, Mapping[str, Value]]) -> Iterator[Finished]:
-        """Return the runs as they come to their end."""
+        """Return the runs as they end."""
         from distributed import as_completed
 
         with self._client() as client:

@@ -32,7 +32,7 @@ class Scheduler(Protocol):
     """Has runs done, several at a time."""
 
     def run(self, work: Work, tasks: Mapping[int, Mapping[str, Value]]) -> Iterator[Finished]:
-        """Return the runs as they come to their end, in any order, each once.
+        """Return the runs as they end, in any order, each once.
 
         Parameters
         ----------
@@ -68,6 +68,6 @@ class Processes:
     count: int
 
     def run(self, work: Work, tasks: Mapping[int, Mapping[str, Value]]) -> Iterator[Finished]:
-        """Return the runs as they come to their end."""
+        """Return the runs as they end."""
         with WorkerPool(work, self.count) as pool:
             yield from pool.run(tasks)

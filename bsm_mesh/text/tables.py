@@ -142,7 +142,7 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
 
 
 def falling(results: Results, stage: StageResult) -> str:
-    """Return what comes down at the end of a stage: number, weight, area (in space: volume) and part of the whole."""
+    """Return the blocks that fall at the end of a stage: number, weight, area (in space: volume), share."""
     down, bulk, unit = stage.unstable_blocks, results.blocks.moments.bulk, results.blocks.bulk_unit
     fallen = float(bulk[down].sum())
     weight = float(_weights(results, stage)[down].sum())
@@ -161,7 +161,7 @@ def _weights(results: Results, stage: StageResult) -> FloatArray:
 
 
 def _greatest_displacement(results: Results, stage: StageResult) -> str:
-    """Return the greatest displacement; where blocks come down, of those that stay."""
+    """Return the greatest displacement of the blocks that do not fall."""
     size = distances(stage.displacement) * stage.counts
     size[stage.unstable_blocks] = 0.0
     of = " (of the blocks that stay)" if stage.unstable_blocks.size else ""
@@ -206,7 +206,7 @@ MOST_DOWN = 8  # blocks that are listed: the largest
 
 
 def down_rows(results: Results) -> list[tuple[str, ...]]:
-    """Return what ``run`` prints of the blocks that come down at the end, the largest of them."""
+    """Return what ``run`` prints of the largest blocks that fall at the end."""
     stage, blocks = results.stages[-1], results.blocks
     centroid, bulk = blocks.moments.centroid, blocks.moments.bulk
     down = stage.unstable_blocks[np.argsort(-bulk[stage.unstable_blocks], kind="stable")]

@@ -34,7 +34,7 @@ def write_script(model: Model, path: Path, script: str, *, loads: bool = True) -
     if path.suffix != ".py":
         raise ModelError(f"{path}: a Python script is written; give a name that ends in .py")
     if path.stem in OF_THEIR_PACKAGES:
-        raise ModelError(f"{path}: a script of that name would stand for the package of that name; give another one")
+        raise ModelError(f"{path}: a script of that name would replace the package of that name; give another one")
     refuse_concave(model)
     remarks = left_out(model, ("laws",))
     blocks = model.blocks

@@ -207,7 +207,7 @@ def test_names_that_are_refused(tmp_path: Path) -> None:
         export(model, "flac", tmp_path / "a")
     with pytest.raises(ModelError, match=r"give a name that ends in \.py"):
         export(model, "lmgc90", tmp_path / "a.txt")
-    with pytest.raises(ModelError, match="would stand for the package of that name"):
+    with pytest.raises(ModelError, match="would replace the package of that name"):
         export(model, "compas_dem", tmp_path / "compas_dem.py")
     with pytest.raises(ModelError, match=r"cannot write .*choose another folder"):
         export(model, "udec", tmp_path / "nowhere" / "a.dat")

@@ -72,7 +72,7 @@ def turned(vectors: Any, turn: Any) -> Any:
 
 
 def residuals(a: Arrays, reference: float) -> tuple[Any, Any]:
-    """Return what every block lacks to balance, (n,), and what rounding makes of it, over the reference weight."""
+    """Return the unbalanced force of every block, (n,), and its part from rounding, over the reference weight."""
     total = a["applied"] + a["water"] + a["reactions"]
     total[:, :3] += a["weight"]
     force = a["contact_normal_force"][:, None] * a["contact_normal"] + a["contact_shear"]

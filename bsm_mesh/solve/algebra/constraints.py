@@ -135,7 +135,7 @@ def constrain_bars(
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     bars : Bars
         The bars.
     arm : (n_bars, 2 or 3) float64 [m]

@@ -62,7 +62,7 @@ class Continuation:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     options : Options
         Tolerance, limits, linear solver.
     observer : callable

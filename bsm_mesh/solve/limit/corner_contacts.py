@@ -32,7 +32,7 @@ def with_corner_contacts(model: Model, contacts: ContactTable) -> ContactTable:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     contacts : ContactTable
         Those of its faces, at their ends.
     """

@@ -22,7 +22,7 @@ def with_parallel_faces(model: Model, contacts: ContactTable) -> ContactTable:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     contacts : ContactTable
         Its contacts.
     """

@@ -58,7 +58,7 @@ class LinearSystem:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     contacts : ContactTable
         Its contacts; all of them carry tension and shear.
     normal_force, shear_force : (m,) float64 [N/m], optional

@@ -32,7 +32,7 @@ class BlockSystem(System):
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     bolts : InstalledBolts, optional
         Its bolts; where not given the model's own, installed on the blocks as given.
     position : (n, 3) float64 [m, m, rad], optional

@@ -81,7 +81,7 @@ class Continuum:
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     discretization : Discretization
         Elements and interfaces.
     present : sequence of (n,) bool or None

@@ -38,7 +38,7 @@ class BlockSystem(System):
     Parameters
     ----------
     model : Model
-        What is given.
+        The model.
     bolts : InstalledBolts, optional
         No bolts: in space there are none.
     """
