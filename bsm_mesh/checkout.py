@@ -1,8 +1,8 @@
 """The folders ``geometries/`` and ``converters/`` of a checkout, imported by their own names.
 
 Links in ``bsm_mesh/`` make these folders the packages `bsm_mesh.geometries` and `bsm_mesh.converters`. In a checkout
-``import geometries`` finds the folder as well, and has to give the very same modules: were they loaded twice, an error
-raised in one would not be caught by its name in the other. In an installed wheel this module is never used.
+``import geometries`` finds the folder as well, and has to give the very same modules. If they were loaded twice, an
+error raised in one would not be caught by its name in the other. In an installed wheel this module is never used.
 
 Links, and not `package-dir` for the two names: that works in an installed package only, and no type checker reads it.
 """

@@ -1,7 +1,7 @@
 """Summaries of older schema versions, each turned into that of the next version by a function of its own.
 
-Missing values of the other files are known to their readers: names of numbers (`names_in` of converters/vtk_files.py)
-and the pressure below a water table (`_water_of` of storage.py).
+Missing values of the other files are known to their readers. These are names of numbers (`names_in` of
+`converters/vtk_files.py`) and the pressure below a water table (`_water_of` of `storage.py`).
 """
 
 from __future__ import annotations
