@@ -12,7 +12,7 @@ from bsm_mesh.lazy import names_from
 
 if TYPE_CHECKING:
     from bsm_mesh.three_d.check import check_stage
-    from bsm_mesh.three_d.contacts.history import PointHistory
+    from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
     from bsm_mesh.three_d.joint_polygons import joint_polygons
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "PointHistory",
+    "PolygonPoints",
     "Space",
     "bars_in_space",
     "check_stage",
@@ -36,6 +37,7 @@ __all__ = [
 
 HOMES = {
     "PointHistory": "bsm_mesh.three_d.contacts.history",
+    "PolygonPoints": "bsm_mesh.three_d.contacts.history",
     "Space": "bsm_mesh.three_d.mechanics",
     "bars_in_space": "bsm_mesh.three_d.model.supports",
     "check_stage": "bsm_mesh.three_d.check",

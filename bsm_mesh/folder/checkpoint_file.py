@@ -48,11 +48,11 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.linear.state import LinearState
     from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
-    from bsm_mesh.space import PointHistory
+    from bsm_mesh.space import PointHistory, PolygonPoints
 
     listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
     others = (FaceWater, FlowState, LinearState, LoopState, Pace, PointForces, ShakingMemory, StageProgress, StepRecord)
-    return {kind.__name__: kind for kind in (*listed, *others, PointHistory)}
+    return {kind.__name__: kind for kind in (*listed, *others, PointHistory, PolygonPoints)}
 
 
 def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -> None:

@@ -64,14 +64,16 @@ class JointPolygons:
 
 
 def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
-    """Return the contact polygons of a stage; points that have left theirs are not recorded, and count as open."""
+    """Return the contact polygons of a stage as given; points that have left theirs count as open."""
     blocks, c = results.blocks, stage.contacts
     assert in_space(blocks)
     assert isinstance(c, PointForces3D)
     polygons = blocks.contact_polygons
     row = np.full(len(blocks.face_joint), -1, dtype=np.int64)
     row[polygons.face] = np.arange(polygons.count)
+    c = c.on_given_faces(row)
     of, area = row[c.face], polygons.area
+    sign = np.where(c.block_b == polygons.block_b[of], 1.0, -1.0)[:, None]
 
     def share(values: FloatArray) -> FloatArray:
         total: FloatArray = np.bincount(of, values * c.length, minlength=polygons.count) / area
@@ -84,7 +86,7 @@ def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
     is_open = c.status == ContactStatus.OPEN
     slips = (c.status == ContactStatus.SLIPPING) | (~is_open & (c.utilisation >= AT_STRENGTH))
     force, used = np.zeros((polygons.count, 3)), np.zeros(polygons.count)
-    np.add.at(force, of, c.force)
+    np.add.at(force, of, sign * c.force)
     np.maximum.at(used, of, c.utilisation)
     with np.errstate(divide="ignore", invalid="ignore"):
         mean_slip, mean_opening = share(np.abs(c.slip)) / recorded, share(c.opening) / recorded

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
@@ -16,7 +14,6 @@ from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
 from bsm_mesh.solve.step.system import System
 from bsm_mesh.three_d.contacts.history import PointHistory
-from bsm_mesh.three_d.contacts.properties import SLOTS
 from bsm_mesh.three_d.motion.explicit import ExplicitMotion
 from bsm_mesh.three_d.record import outcome_of
 from bsm_mesh.three_d.step.block_system import BlockSystem
@@ -47,26 +44,15 @@ class Space:
         """Return the history in the numbers of a submodel; its blocks must be in the part."""
         if part.present.all():
             return history
-        face, slot = np.divmod(history.key, SLOTS)
-        number = np.cumsum(part.present, dtype=np.int32) - 1
-        return replace(
-            history,
-            key=np.searchsorted(part.corner, face) * SLOTS + slot,
-            block_a=number[history.block_a],
-            block_b=number[history.block_b],
-        )
+        number, face = np.cumsum(part.present, dtype=np.int32) - 1, np.zeros(part.corner.max() + 1, np.int32)
+        face[part.corner] = np.arange(len(part.corner))
+        return history.renumbered(face, number)
 
     def in_whole(self, history: PointHistory, part: SubModel) -> PointHistory:
         """Return the history of a submodel in the numbers of the whole."""
         if part.present.all():
             return history
-        face, slot = np.divmod(history.key, SLOTS)
-        return replace(
-            history,
-            key=part.corner[face].astype(np.int64) * SLOTS + slot,
-            block_a=part.block[history.block_a],
-            block_b=part.block[history.block_b],
-        )
+        return history.renumbered(part.corner, part.block)
 
     def with_filled_blocks(
         self, history: PointHistory, model: Model, comes: BoolArray, present: BoolArray, moved: FloatArray

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.submodel import SubModel
@@ -21,17 +23,23 @@ class PointForces3D(ContactForces):
         Magnitude of the shear force.
     shear : (m, 3) float64 [N]
         Shear force on `block_b`, across the normal.
-    face : (m,) int32
-        Face of the blocks on which each point lies.
+    face, point_face : (m,) int32
+        Faces of `block_b` and `block_a` on which each point lies: one face as given, two where blocks have moved on.
     """
 
     shear: FloatArray
     face: IntArray
+    point_face: IntArray
 
     def in_whole(self, part: SubModel) -> PointForces3D:
         """Return a part's contacts in the numbers of the whole."""
         blocks = {name: part.block[getattr(self, name)] for name in ("block_a", "block_b")}
-        return replace(self, **blocks, face=part.corner[self.face])
+        return replace(self, **blocks, face=part.corner[self.face], point_face=part.corner[self.point_face])
+
+    def on_given_faces(self, row: IntArray) -> PointForces3D:
+        """Return the points on faces that both their blocks share as given: those with a row (n_faces,) there."""
+        chosen = np.flatnonzero((self.face == self.point_face) & (row[self.face] >= 0))
+        return replace(self, **{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
 
     @property
     def force(self) -> FloatArray:

@@ -11,7 +11,7 @@ from bsm_mesh.results.records import SupportForces
 from bsm_mesh.solve.continuation.record import contact_columns, motion_outcome
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
-from bsm_mesh.three_d.contacts.properties import SLOTS
+from bsm_mesh.three_d.contacts.history import faces_of
 from bsm_mesh.three_d.evidence import evidence_of
 from bsm_mesh.three_d.point_forces import PointForces3D
 from bsm_mesh.three_d.step.block_system import BlockSystem
@@ -42,7 +42,6 @@ def outcome_of(
         contacts=contacts,
         supports=supports,
         bolts=bolts,
-        notes=_notes(motion, kept),
         evidence=evidence_of(system, motion, kept),
     )
 
@@ -59,15 +58,17 @@ def point_forces(system: BlockSystem, motion: Motion, kept: IntArray) -> PointFo
     _, _, arm_a, _ = table.frames(motion.position)
     turn = motion.position[c.block_b[kept], 3:]
     slip = np.linalg.norm(table.along(at.place - table.first_place), axis=1)
+    face_a, face_b = faces_of(table.key[kept])
     return PointForces3D(
         **contact_columns(motion, kept, at.size),
         point=system.placed(motion.position)[c.block_a[kept]] + arm_a[kept],
-        normal=turned(table.geometry[kept, 6:], turn),
+        normal=turned(table.geometry[kept, 6:9], turn),
         shear_force=at.size[kept],
         shear=turned(-at.shear[kept], turn),
         slip=np.nan_to_num(slip)[kept],
         water_pressure=np.zeros(len(kept)),
-        face=(table.key[kept] // SLOTS).astype(np.int32),
+        face=face_b,
+        point_face=face_a,
     )
 
 
@@ -108,18 +109,3 @@ def _stress(system: BlockSystem, motion: Motion, contacts: PointForces3D, suppor
     mean = (total + total.transpose(0, 2, 1)) / 2
     stress: FloatArray = mean / system.model.blocks.moments.bulk[:, None, None]
     return stress
-
-
-FAR = 0.1  # of a polygon's radius: contacts of the start are exact to the slide over the polygon's size
-
-
-def _notes(motion: Motion, kept: IntArray) -> tuple[str, ...]:
-    """Say where points have slid so far that contacts of the start are rough."""
-    table, at = motion.contacts, motion.at
-    share = (np.linalg.norm(table.along(at.place), axis=1) / table.reach)[kept]
-    if not (share > FAR).any():
-        return ()
-    return (
-        f"contacts are those of the given geometry: {int((share > FAR).sum())} contact points have slid by more than "
-        f"{FAR:g} of their face's radius, up to {share.max():.2g}; the lever arms of their forces are that much off",
-    )

@@ -12,6 +12,8 @@ from .space_water import water_faults
 from .strength import own_laws, strength_faults
 
 SIDES = ((0, 1.0), (1, -1.0))  # of a face, and whether its corners run counter-clockwise seen from outside
+PARALLEL = 0.05  # sine: faces nearer to parallel touch flat, and have one normal
+TILTED = 0.1  # rad: by how much a normal may lie outside those of two faces that tilt
 MORE = 1e-6  # by how much the points of a face may stand for more than its area
 
 
@@ -132,13 +134,18 @@ def support_faults(a: Arrays, reference: float) -> list[str]:
 
 def place_faults(a: Arrays) -> list[str]:
     """Return which contact points do not lie on a face between their blocks, or along another normal."""
-    face, one, other = a["contact_face"], a["contact_block_a"], a["contact_block_b"]
+    face, own = a["contact_face"], a["contact_point_face"]
+    one, other = a["contact_block_a"], a["contact_block_b"]
     point, normal = a["contact_point"], a["contact_normal"]
     size = float(np.cbrt(np.median(a["volume"])))
     near = AGREES * size + ROUNDING * np.abs(a["vertices"]).max()
-    position, middle = a["position"], a["face_middle"][face]
+    position, middle, own_middle = a["position"], a["face_middle"][face], a["face_middle"][own]
     given = a["centroid"][one] + turned(point - a["at"][one], -position[one, 3:])
     across = turned(a["face_normal"][face], position[other, 3:])
+    across *= np.where(np.einsum("ij,ij->i", across, normal) < 0, -1.0, 1.0)[:, None]
+    against = turned(a["face_normal"][own], position[one, 3:])
+    tilt = np.linalg.norm(np.cross(across, against), axis=1)
+    off = np.linalg.norm(normal - across, axis=1)
     corner = a["vertices"][a["face_vertices"]]
     owner = np.repeat(np.arange(len(a["face_area"])), np.diff(a["face_offsets"]))
     reach = np.zeros(len(a["face_area"]))
@@ -149,18 +156,20 @@ def place_faults(a: Arrays) -> list[str]:
     least = AGREES * np.linalg.norm(shear, axis=1)
     used = summed(face, a["contact_length"], len(reach))
     tests = (
-        (np.sort(a["face_blocks"][face]) != np.sort(np.column_stack([one, other]))).any(axis=1)
+        (one == other)
+        | ~(a["face_blocks"][face] == other[:, None]).any(axis=1)
+        | ~(a["face_blocks"][own] == one[:, None]).any(axis=1)
         | ~(a["present"][one] & a["present"][other]),
-        np.linalg.norm(given - middle, axis=1) > reach[face] + near,
-        np.abs(np.einsum("ij,ij->i", given - middle, a["face_normal"][face])) > near,
-        np.minimum(*(np.linalg.norm(normal - sign * across, axis=1) for sign in (1, -1))) > AGREES,
-        np.abs(gap - a["contact_opening"]) > near,
+        np.linalg.norm(given - own_middle, axis=1) > reach[own] + near,
+        np.abs(np.einsum("ij,ij->i", given - own_middle, a["face_normal"][own])) > near,
+        off > np.where(tilt < PARALLEL, AGREES, tilt + TILTED),
+        (np.abs(gap - a["contact_opening"]) > near) & (tilt < PARALLEL),
         np.abs(np.linalg.norm(shear, axis=1) - np.abs(a["contact_shear_force"])) > least,
         np.abs(np.einsum("ij,ij->i", shear, normal)) > least,
         (used > (1 + MORE) * a["face_area"])[face],
     )
     said = (
-        "is between no two blocks that share its face",
+        "is between no two blocks that have its faces",
         "lies beyond its face",
         "does not lie on its face",
         "has another normal than its face",

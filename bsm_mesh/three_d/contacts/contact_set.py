@@ -1,7 +1,7 @@
 """The contact set of a step: the points of shared polygons, with stiffness, strength and history.
 
-Contacts are those of the given geometry. A point that has slid off its polygon bears nothing any more; points on other
-faces do not arise.
+Polygons are those of the given geometry until a block has slid by a part of one (`renewal`). A point that has slid off
+its polygon bears nothing any more.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.closure import Hyperbolic
 from bsm_mesh.contact.forces import rows_by_law
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
-from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
-from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
-from bsm_mesh.three_d.contacts.history import PointHistory
+from bsm_mesh.model.polygons import owner_of_corner
+from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
+from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, PolygonPoints, keys_of
 from bsm_mesh.three_d.contacts.kernels import relative_positions
-from bsm_mesh.three_d.contacts.properties import PointProperties, PolygonCatalogue, point_keys
+from bsm_mesh.three_d.contacts.properties import PointProperties, PolygonCatalogue
 from bsm_mesh.three_d.contacts.rotations import swings
 
 
@@ -51,11 +52,12 @@ class ContactSet:
     """
 
     candidates: Candidates
-    key: IntArray  # (m,) face and corner, as `point_keys`, rising
+    key: IntArray  # (m,) faces and corner, as `keys_of`, rising
     joint: IntArray  # (m,) number in ``model.joints``; -1: unjointed rock
     law: IntArray  # (m,) number in the catalogue's laws
-    geometry: FloatArray  # (m, 9) as `relative_positions` takes it
+    geometry: FloatArray  # (m, 12) as `relative_positions` takes it
     reach: FloatArray  # (m,) [m] tangential movement with which the point has left its polygon
+    renewed: PolygonPoints  # those of renewed polygons
     normal_stiffness: FloatArray  # [N/m]
     shear_stiffness: FloatArray
     tension: FloatArray  # [N]
@@ -84,12 +86,12 @@ class ContactSet:
 
     def gaps(self, place: FloatArray) -> FloatArray:
         """Return the gaps (m,) [m] of movements against the faces (m, 3)."""
-        gap: FloatArray = np.einsum("ij,ij->i", place, self.geometry[:, 6:])
+        gap: FloatArray = np.einsum("ij,ij->i", place, self.geometry[:, 6:9])
         return gap
 
     def along(self, vector: FloatArray) -> FloatArray:
         """Return the parts of vectors (m, 3) along the faces."""
-        normal = self.geometry[:, 6:]
+        normal = self.geometry[:, 6:9]
         tangential: FloatArray = vector - np.einsum("ij,ij->i", vector, normal)[:, None] * normal
         return tangential
 
@@ -104,51 +106,80 @@ class ContactSet:
             length=c.length[rows],
             history=c.history[rows],
         )
-        named = {field.name for field in fields(self)} - {"candidates", "hyperbolic", "by_law"}
+        named = {field.name for field in fields(self)} - {"candidates", "hyperbolic", "by_law", "renewed"}
         return ContactSet(
             candidates=candidates,
             hyperbolic=self.hyperbolic.of(number),
             by_law=rows_by_law(self.law[rows]),
+            renewed=self.renewed,
             **{name: getattr(self, name)[rows] for name in named},
         )
 
 
-def given_contacts(model: Model, catalogue: PolygonCatalogue, held: BoolArray) -> ContactSet:
-    """Return the contact points of a model as given: closed, intact, without force.
-
-    Two blocks that supports hold (n,) are no pair.
-    """
-    assert isinstance(model.blocks, Polyhedra)
+def given_points(model: Model, held: BoolArray) -> PolygonPoints:
+    """Return the contact points of a model as given. Two blocks that supports hold (n,) are no pair."""
+    assert in_space(model.blocks)
     whole = model.blocks.contact_polygons
     polygons = whole.some(np.flatnonzero(~(held[whole.block_a] & held[whole.block_b])))
-    points = polygons.points("corners" if model.contact_points == "corners" else "both")
-    key = point_keys(polygons, points)
-    order = np.argsort(key, kind="stable")
-    polygon, point, area = points.polygon[order], points.point[order], points.area[order]
+    points, slot = points_of(polygons, model.contact_points)
+    polygon, point = points.polygon, points.point
+    key = keys_of(polygons.face[polygon], polygons.face[polygon], slot)
     a, b = polygons.block_a[polygon], polygons.block_b[polygon]
-    found = catalogue.properties(polygons, polygon)
     centroid = model.blocks.moments.centroid
-    geometry = np.hstack([point - centroid[a], point - centroid[b], polygons.normal[polygon]])
-    blank, none = np.full((len(a), 3), np.nan), np.zeros(len(a), dtype=bool)
-    candidates = Candidates(block_a=a, block_b=b, length=area, history=np.full(len(a), -1))
+    found = PolygonPoints(
+        key=key,
+        block_a=a,
+        block_b=b,
+        geometry=np.hstack([point - centroid[a], point - centroid[b], polygons.normal[polygon], np.zeros_like(point)]),
+        found_gap=np.zeros(len(a)),
+        reach=reaches(polygons)[polygon],
+        area=points.area,
+        depth=depths(polygons, centroid)[polygon],
+        joint=polygons.joint[polygon],
+    )
+    return found.some(np.argsort(key, kind="stable"))
+
+
+def points_of(polygons: ContactPolygons, rule: str) -> tuple[ContactPoints, IntArray]:
+    """Return the contact points of polygons, and the corner of each on its polygon; the last slot is the centroid."""
+    points = polygons.points("corners" if rule == "corners" else "both")
+    slot = np.full(points.count, SLOTS - 1, dtype=np.int64)
+    slot[: len(polygons.corners)] = np.arange(len(polygons.corners))
+    slot[: len(polygons.corners)] -= polygons.offsets[:-1][owner_of_corner(polygons.offsets)]
+    return points, slot
+
+
+def depths(polygons: ContactPolygons, centroid: FloatArray) -> FloatArray:
+    """Return the distances of polygons from the centroids (n_blocks, 3) of a and b, across the polygon, (n, 2) [m]."""
+    arms = (polygons.centroid - centroid[block] for block in (polygons.block_a, polygons.block_b))
+    found: FloatArray = np.abs(np.stack([np.einsum("ij,ij->i", arm, polygons.normal) for arm in arms], axis=1))
+    return found
+
+
+def contacts_of(points: PolygonPoints, renewed: PolygonPoints, catalogue: PolygonCatalogue) -> ContactSet:
+    """Return contact points with their properties: closed, intact, without force."""
+    found, area, count = catalogue.properties(points), points.area, len(points.key)
+    blank, none = np.full((count, 3), np.nan), np.zeros(count, dtype=bool)
+    candidates = Candidates(block_a=points.block_a, block_b=points.block_b, length=area, history=np.full(count, -1))
     return ContactSet(
         candidates=candidates,
-        key=key[order],
+        key=points.key,
         joint=found.joint,
         law=found.law,
-        geometry=geometry,
-        reach=_reach(polygons)[polygon],
+        geometry=points.geometry,
+        reach=points.reach,
+        renewed=renewed,
         normal_stiffness=found.normal_stiffness * area,
         shear_stiffness=found.shear_stiffness * area,
         tension=found.tension * area,
         residual_tension=found.residual_tension * area,
-        offset=np.zeros(len(a)),
-        old_shear=np.zeros((len(a), 3)),
+        offset=np.zeros(count),
+        old_shear=np.zeros((count, 3)),
         old_place=blank,
         first_place=blank,
         failed=none,
         mated=~none,
-        slip_path=np.zeros(len(a)),
+        slip_path=np.zeros(count),
         within_tolerance=~none,
         hyperbolic=_hyperbolic(catalogue, found, area),
         by_law=rows_by_law(found.law),
@@ -194,7 +225,7 @@ def _on_polygon(contacts: ContactSet, place: FloatArray) -> BoolArray:
     return on
 
 
-def _reach(polygons: ContactPolygons) -> FloatArray:
+def reaches(polygons: ContactPolygons) -> FloatArray:
     """Return the distance of the farthest corner of every polygon from its centroid, (n,) [m]."""
     sizes = np.diff(polygons.offsets)
     arm = polygons.corners - np.repeat(polygons.centroid, sizes, axis=0)

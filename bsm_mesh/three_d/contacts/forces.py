@@ -118,6 +118,7 @@ def commit(contacts: ContactSet, at: Evaluation, size: float) -> tuple[PointHist
         failed=at.failed | ~stays,
         mated=contacts.mated & stays,
         slip_path=slip_path_after(contacts, at),
+        renewed=contacts.renewed,
     )
     return history, changed
 

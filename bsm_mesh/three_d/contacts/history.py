@@ -1,4 +1,7 @@
-"""Contact history in space: state variables of the contact points, committed by an accepted step."""
+"""Contact history in space: state variables of the contact points, committed by an accepted step.
+
+With it go the points of polygons that were renewed: the given geometry does not have them.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,91 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
+SLOTS = 1 << 12  # more than corners of a polygon; the last is its centroid
+FACES = 1 << 25  # more than faces of all blocks
+
+
+def keys_of(face_a: IntArray, face_b: IntArray, slot: IntArray) -> IntArray:
+    """Return a number of every contact point: that of both faces, and of its corner on the polygon, (k,)."""
+    key: IntArray = (face_b.astype(np.int64) * FACES + face_a) * SLOTS + slot
+    return key
+
+
+def faces_of(key: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the faces of block a and of block b of contact points, (k,) int32 each."""
+    face_b, face_a = np.divmod(key // SLOTS, FACES)
+    return face_a.astype(np.int32), face_b.astype(np.int32)
+
+
+def renumbered_keys(key: IntArray, number: IntArray) -> IntArray:
+    """Return keys with the faces renumbered (n_faces,)."""
+    face_a, face_b = faces_of(key)
+    return keys_of(number[face_a], number[face_b], key % SLOTS)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class PolygonPoints:
+    """Where contact points lie on their blocks, in rising order of their keys.
+
+    Attributes
+    ----------
+    key : (k,) int64
+        As `keys_of`.
+    block_a, block_b : (k,) int32
+        Block with the point, block with the face.
+    geometry : (k, 12) float64 [m; -; m]
+        As `relative_positions` takes it.
+    found_gap : (k,) float64 [m]
+        Gap where the polygon was found; its points lay over each other there.
+    reach : (k,) float64 [m]
+        Tangential movement with which the point has left its polygon.
+    area : (k,) float64 [m2]
+        The area that it stands for.
+    depth : (k, 2) float64 [m]
+        From the polygon to the centroids of a and b, across it.
+    joint : (k,) int32
+        Number in ``blocks.joint_names``; -1 for none.
+    """
+
+    key: IntArray
+    block_a: IntArray
+    block_b: IntArray
+    geometry: FloatArray
+    found_gap: FloatArray
+    reach: FloatArray
+    area: FloatArray
+    depth: FloatArray
+    joint: IntArray
+
+    @classmethod
+    def none(cls) -> PolygonPoints:
+        """Return no points."""
+        none, number = np.zeros(0), np.zeros(0, np.int32)
+        return cls(
+            key=np.zeros(0, np.int64),
+            block_a=number,
+            block_b=number,
+            geometry=np.zeros((0, 12)),
+            found_gap=none,
+            reach=none,
+            area=none,
+            depth=np.zeros((0, 2)),
+            joint=number,
+        )
+
+    def some(self, chosen: IntArray | BoolArray) -> PolygonPoints:
+        """Return some of the points."""
+        return replace(self, **{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
+
+    def with_more(self, more: PolygonPoints) -> PolygonPoints:
+        """Return these points and more, in rising order of their keys."""
+        order = np.argsort(np.concatenate([self.key, more.key]), kind="stable")
+        columns = {
+            field.name: np.concatenate([getattr(self, field.name), getattr(more, field.name)])[order]
+            for field in fields(self)
+        }
+        return replace(self, **columns)
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class PointHistory:
@@ -16,7 +104,7 @@ class PointHistory:
     Attributes
     ----------
     key : (k,) int64
-        Face and corner, as `point_keys`.
+        As `keys_of`.
     block_a, block_b : (k,) int32
         Their blocks.
     closed : (k,) bool
@@ -31,6 +119,8 @@ class PointHistory:
         As in the plane.
     slip_path : (k,) float64 [m]
         How far each has slid, elastic part apart.
+    renewed : PolygonPoints
+        The points of renewed polygons among them.
     """
 
     key: IntArray
@@ -44,6 +134,7 @@ class PointHistory:
     failed: BoolArray
     mated: BoolArray
     slip_path: FloatArray
+    renewed: PolygonPoints
 
     @property
     def count(self) -> int:
@@ -66,6 +157,7 @@ class PointHistory:
             failed=flags,
             mated=flags,
             slip_path=np.zeros(0),
+            renewed=PolygonPoints.none(),
         )
 
     def rows_of(self, key: IntArray) -> tuple[IntArray, BoolArray]:
@@ -77,4 +169,23 @@ class PointHistory:
 
     def some(self, chosen: IntArray) -> PointHistory:
         """Return some of the points."""
-        return replace(self, **{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
+        rows = {name: getattr(self, name)[chosen] for name in _names()}
+        return PointHistory(**rows, renewed=self.renewed.some(np.isin(self.renewed.key, rows["key"])))
+
+    def with_more(self, more: PointHistory) -> PointHistory:
+        """Return these points and more, in rising order of their keys; `renewed` stays."""
+        order = np.argsort(np.concatenate([self.key, more.key]), kind="stable")
+        rows = {name: np.concatenate([getattr(self, name), getattr(more, name)])[order] for name in _names()}
+        return PointHistory(**rows, renewed=self.renewed)
+
+    def renumbered(self, face: IntArray, block: IntArray) -> PointHistory:
+        """Return the same points with faces (n_faces,) and blocks (n,) renumbered in their order."""
+        blocks = {name: block[getattr(self, name)] for name in ("block_a", "block_b")}
+        of_renewed = {name: block[getattr(self.renewed, name)] for name in ("block_a", "block_b")}
+        renewed = replace(self.renewed, key=renumbered_keys(self.renewed.key, face), **of_renewed)
+        return replace(self, key=renumbered_keys(self.key, face), **blocks, renewed=renewed)
+
+
+def _names() -> list[str]:
+    """Return the columns of a history."""
+    return [field.name for field in fields(PointHistory) if field.name != "renewed"]

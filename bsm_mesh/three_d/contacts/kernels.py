@@ -26,8 +26,9 @@ def relative_positions(
         Rotation matrices less the unit matrix.
     block_a, block_b : (m,) int32
         Blocks of the point and of the face.
-    geometry : (m, 9) float64 [m; -]
-        In the given geometry: arms from a's and b's centroids to the point, normal.
+    geometry : (m, 12) float64 [m; -; m]
+        In the given geometry: arms from a's and b's centroids to the point, normal, and from b's point to a's, which
+        are one where the polygon is that of the given geometry.
     """
     m = block_a.size
     place, arm_a, arm_b = np.empty((m, 3)), np.empty((m, 3)), np.empty((m, 3))
@@ -41,7 +42,7 @@ def relative_positions(
             swung_b = (
                 swing[b, u, 0] * geometry[k, 3] + swing[b, u, 1] * geometry[k, 4] + swing[b, u, 2] * geometry[k, 5]
             )
-            shift = position[a, u] - position[b, u] + swung_a
+            shift = geometry[k, 9 + u] + position[a, u] - position[b, u] + swung_a
             arm_a[k, u] = geometry[k, u] + swung_a
             arm_b[k, u] = geometry[k, 3 + u] + shift
             moved[u] = shift - swung_b
@@ -115,7 +116,7 @@ def fill_tangent(
         kn, across, along, coupled = stiffness[k]
         if kn == 0.0 and across == 0.0 and along == 0.0:
             continue
-        b, n, t = block_b[k], geometry[k, 6:], way[k]
+        b, n, t = block_b[k], geometry[k, 6:9], way[k]
         for u in range(3):
             for v in range(3):
                 local[u, v] = kn * n[u] * n[v] - across * n[u] * n[v] - (across - along) * t[u] * t[v]

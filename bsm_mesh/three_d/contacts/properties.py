@@ -11,10 +11,7 @@ from bsm_mesh.contact.properties import LawCatalogue
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import LEAST_DEPTH, compliance
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.polygons import owner_of_corner
-from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
-
-SLOTS = 1 << 20  # more than corners of a polygon; the last is its centroid
+from bsm_mesh.three_d.contacts.history import PolygonPoints
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -48,8 +45,8 @@ class PolygonCatalogue(LawCatalogue):
         What is given; its blocks are polyhedra.
     """
 
-    def properties(self, polygons: ContactPolygons, polygon: IntArray) -> PointProperties:
-        """Return the properties of points of polygons (m,).
+    def properties(self, points: PolygonPoints) -> PointProperties:
+        """Return the properties of points.
 
         Raises
         ------
@@ -58,39 +55,27 @@ class PolygonCatalogue(LawCatalogue):
         """
         blocks = self._model.blocks
         assert in_space(blocks)
-        joint = np.where(polygons.joint >= 0, self._number[polygons.joint], self._default)
+        joint = np.where(points.joint >= 0, self._number[points.joint], self._default)
         least = LEAST_DEPTH * blocks.moments.volume / blocks.surfaces
 
-        def rock(block: IntArray) -> tuple[FloatArray, FloatArray]:
-            arm = polygons.centroid - blocks.moments.centroid[block]
-            depth = np.abs(np.einsum("ij,ij->i", arm, polygons.normal))
+        def rock(block: IntArray, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
             return np.maximum(depth, least[block])[:, None], self._moduli[blocks.rock[block]]
 
+        sides = rock(points.block_a, points.depth[:, 0]), rock(points.block_b, points.depth[:, 1])
         of_joint = np.vstack([self._joint_stiffness, np.full((1, 2), np.inf)])[joint]  # the last: rock
-        in_series = compliance(*rock(polygons.block_a), *rock(polygons.block_b), of_joint)
+        in_series = compliance(*sides[0], *sides[1], of_joint)
         if (stiff := np.flatnonzero(in_series[:, 0] == 0)).size:
-            a, b = int(polygons.block_a[stiff[0]]), int(polygons.block_b[stiff[0]])
+            a, b = int(points.block_a[stiff[0]]), int(points.block_b[stiff[0]])
             raise ModelError(
                 f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
                 "or default_joint = ... for faces without one"
             )
-        kind = self.kind_of(joint, polygons.block_a, polygons.block_b)
-        smooth = self.smooth[self._law[kind]]
+        kind = self.kind_of(joint, points.block_a, points.block_b)
         return PointProperties(
-            normal_stiffness=(1 / in_series[:, 0])[polygon],
-            shear_stiffness=np.where(smooth, 0.0, 1 / in_series[:, 1])[polygon],
-            joint=joint.astype(np.int32)[polygon],
-            law=self._law[kind][polygon],
-            tension=self._tension[kind][polygon],
-            residual_tension=self._residual_tension[kind][polygon],
+            normal_stiffness=1 / in_series[:, 0],
+            shear_stiffness=np.where(self.smooth[self._law[kind]], 0.0, 1 / in_series[:, 1]),
+            joint=joint.astype(np.int32),
+            law=self._law[kind],
+            tension=self._tension[kind],
+            residual_tension=self._residual_tension[kind],
         )
-
-
-def point_keys(polygons: ContactPolygons, points: ContactPoints) -> IntArray:
-    """Return a number of every contact point: that of its face, and of its corner on it or the centroid, (k,)."""
-    corners = len(polygons.corners)
-    slot = np.full(points.count, SLOTS - 1, dtype=np.int64)
-    owner = owner_of_corner(polygons.offsets)
-    slot[:corners] = np.arange(corners) - polygons.offsets[:-1][owner]
-    key: IntArray = polygons.face[points.polygon].astype(np.int64) * SLOTS + slot
-    return key

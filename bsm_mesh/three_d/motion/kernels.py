@@ -36,7 +36,7 @@ def advance(
     ----------
     cycles, farthest : int, float [m]
         How many at most; a block that has moved farther since the window began ends it.
-    blocks, geometry : block_a, block_b (m,), (m, 9) float64
+    blocks, geometry : block_a, block_b (m,), (m, 12) float64
         As `relative_positions` takes them.
     springs : (m, 10) float64
         Normal stiffness, shear stiffness, offset, tension, dashpot, strength at no pressure and its slope, reach, gap
@@ -94,7 +94,7 @@ def _add_contacts(
         for u in range(3):
             swung = matrix[a, u, 0] * g[0] + matrix[a, u, 1] * g[1] + matrix[a, u, 2] * g[2]
             turned = matrix[b, u, 0] * g[3] + matrix[b, u, 1] * g[4] + matrix[b, u, 2] * g[5]
-            step = shift[a, u] - shift[b, u] + swung
+            step = g[9 + u] + shift[a, u] - shift[b, u] + swung
             arm_a[u], arm_b[u], moved[u] = g[u] + swung, g[3 + u] + step, step - turned
         gap, along = 0.0, 0.0
         for u in range(3):

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.movements import cross, turned
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.bolts.installed import InstalledBolts
-from bsm_mesh.solve.step.system import System
-from bsm_mesh.three_d.contacts.contact_set import ContactSet, gathered, given_contacts
+from bsm_mesh.solve.step.system import BAND, System
+from bsm_mesh.three_d.contacts.contact_set import ContactSet, contacts_of, given_points
 from bsm_mesh.three_d.contacts.forces import (
     Evaluation,
     commit,
@@ -23,10 +24,12 @@ from bsm_mesh.three_d.contacts.forces import (
     updated,
     worn,
 )
-from bsm_mesh.three_d.contacts.history import PointHistory
+from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
 from bsm_mesh.three_d.contacts.kernels import max_relative_movement
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
+from bsm_mesh.three_d.contacts.renewal import Renewal
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
+from bsm_mesh.three_d.contacts.surfaces import Surfaces
 from bsm_mesh.three_d.water import WaterOnPolyhedra
 
 
@@ -54,7 +57,6 @@ class BlockSystem(System):
         self.prescribed_blocks = self.constraints_at(self.start, conflicts=True).fixed
         moves = ~self.prescribed_blocks
         self.catalogue = PolygonCatalogue(model)
-        self._given = given_contacts(model, self.catalogue, self.prescribed_blocks)
         self.applied = point_forces_of(model.acting_loads, model.blocks)
         self.applied_arm = self.applied.point - self.centroid[self.applied.block]
         self.water = WaterOnPolyhedra(model)
@@ -63,6 +65,21 @@ class BlockSystem(System):
         self.loads = self.loads_at(self.start)
         size = float(np.median(self.block_size[moves] if moves.any() else self.block_size))
         self._set_scales(size, np.zeros_like(self.start))
+        self._renewal = self._renewal_of(model)
+
+    def _renewal_of(self, model: Model) -> Renewal:
+        assert in_space(model.blocks)
+        given = given_points(model, self.prescribed_blocks)
+        return Renewal(
+            surfaces=Surfaces(blocks=model.blocks, rule=model.contact_points),
+            catalogue=self.catalogue,
+            given=given,
+            contacts=contacts_of(given, PolygonPoints.none(), self.catalogue),
+            held=self.prescribed_blocks,
+            block_size=self.block_size,
+            size=self.size,
+            band=BAND * self.d,
+        )
 
     def _rotary(self, weight: FloatArray) -> FloatArray:
         rotary: FloatArray = weight * self.model.blocks.moments.gyration**2
@@ -139,7 +156,7 @@ class BlockSystem(System):
     ) -> ContactSet:
         """Return the contact points with their history; `first`: all are intact."""
         self._answered.clear()
-        return gathered(self._given, history, position, self.size, first=first)
+        return self._renewal.contacts_at(history, position, first=first)
 
     def commit(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> tuple[PointHistory, int]:
         """Return the history after an accepted step, and the number of contacts that failed in it."""
@@ -174,7 +191,7 @@ class BlockSystem(System):
         return largest
 
     def shares_inside(self, position: FloatArray, block: IntArray) -> FloatArray:
-        """Return zeros (k,): blocks touch on the polygons of the start alone, and do not sink into others unseen."""
+        """Return zeros (k,): faces that come near are found before blocks sink into them."""
         return np.zeros(len(block))
 
     def tangent(

@@ -1,0 +1,216 @@
+"""Kernels of the search for contact polygons: boxes of blocks that are near, faces that face each other, clipping.
+
+Two faces are projected along the mean of their normals and clipped against each other (Sutherland & Hodgman 1974). A
+corner of what they share is a corner of one face over the other, or a crossing of two edges: each has its own normal.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
+
+FACING = (
+    0.7071  # cosine: faces within 45 degrees of opposite may touch; a steeper one has a neighbour that faces better
+)
+PARALLEL = 0.1  # sine: faces within 6 degrees touch flat, along the normal of b
+CROSSING = 0.1  # sine: edges nearer to parallel have no normal of their own
+DOUBLE = 1e-7  # of the faces' size: corners nearer than this are one
+CORNER_OF_A, CORNER_OF_B, EDGES = 0, 1, 2  # what meets in a corner
+
+
+@njit()
+def near_blocks(
+    low: FloatArray, high: FloatArray, moves: IntArray, band: float
+) -> IntArray:  # pragma: no cover - compiled
+    """Return the pairs of blocks, (p, 2), whose boxes (n, 3) come within `band` [m]; one of each pair `moves` (n,)."""
+    order, found = np.argsort(low[:, 0]), [(0, 0)]
+    for p in range(order.size):
+        i = order[p]
+        for q in range(p + 1, order.size):
+            j = order[q]
+            if low[j, 0] > high[i, 0] + band:
+                break
+            if not (moves[i] or moves[j]):
+                continue
+            apart = False
+            for u in range(1, 3):
+                apart |= low[j, u] > high[i, u] + band or low[i, u] > high[j, u] + band
+            if not apart:
+                found.append((min(i, j), max(i, j)))
+    pairs = np.empty((len(found) - 1, 2), np.int64)
+    for k in range(1, len(found)):
+        pairs[k - 1, 0], pairs[k - 1, 1] = found[k]
+    return pairs
+
+
+@njit()
+def facing_faces(
+    pairs: IntArray, start: IntArray, normal: FloatArray, low: FloatArray, high: FloatArray, band: float
+) -> IntArray:  # pragma: no cover - compiled
+    """Return the pairs of surfaces (q, 2) of near blocks that face each other, their boxes within `band` [m].
+
+    Block i owns the surfaces ``start[i]:start[i + 1]``.
+    """
+    found = [(0, 0)]
+    for p in range(pairs.shape[0]):
+        for f in range(start[pairs[p, 0]], start[pairs[p, 0] + 1]):
+            for g in range(start[pairs[p, 1]], start[pairs[p, 1] + 1]):
+                cosine = normal[f, 0] * normal[g, 0] + normal[f, 1] * normal[g, 1] + normal[f, 2] * normal[g, 2]
+                if cosine > -FACING:
+                    continue
+                apart = False
+                for u in range(3):
+                    apart |= low[g, u] > high[f, u] + band or low[f, u] > high[g, u] + band
+                if not apart:
+                    found.append((f, g))
+    faces = np.empty((len(found) - 1, 2), np.int64)
+    for k in range(1, len(found)):
+        faces[k - 1, 0], faces[k - 1, 1] = found[k]
+    return faces
+
+
+@njit()
+def clipped(
+    faces: IntArray, corners: FloatArray, offsets: IntArray, normal: FloatArray
+) -> tuple[IntArray, FloatArray]:  # pragma: no cover - compiled
+    """Return what pairs of surfaces (q, 2) share: numbers of corners (q,), and the corners' rows one after the other.
+
+    Rows (k, 13): the corner in the plane across the mean normal, the points of a and of b over it, the normal into a,
+    the gap. The surfaces' `corners` (c, 3) run counter-clockwise about their outward `normal`; the first is a's.
+    """
+    total = 0
+    for q in range(faces.shape[0]):
+        total += offsets[faces[q, 0] + 1] - offsets[faces[q, 0]] + offsets[faces[q, 1] + 1] - offsets[faces[q, 1]]
+    rows, sizes, count = np.empty((total, 13)), np.zeros(faces.shape[0], np.int64), 0
+    mean, first, second = np.empty(3), np.empty(3), np.empty(3)
+    for q in range(faces.shape[0]):
+        f, g = faces[q]
+        a, b = corners[offsets[f] : offsets[f + 1]][::-1], corners[offsets[g] : offsets[g + 1]]
+        _set_axes(normal[f], normal[g], b, mean, first, second)
+        flat_a, flat_b = _flat(a, b[0], first, second), _flat(b, b[0], first, second)
+        least = DOUBLE * max(np.abs(flat_a).max(), np.abs(flat_b).max())
+        shared, kind, edge = _clip(flat_a, flat_b, least)
+        if shared.shape[0] < 3:
+            continue
+        for k in range(shared.shape[0]):
+            base = b[0] + shared[k, 0] * first + shared[k, 1] * second
+            _set_row(rows[count], base, kind[k], edge[k], a, b, normal[f], normal[g], mean)
+            count += 1
+        sizes[q] = shared.shape[0]
+    return sizes, rows[:count]
+
+
+@njit()
+def _set_axes(
+    of_a: FloatArray, of_b: FloatArray, b: FloatArray, mean: FloatArray, first: FloatArray, second: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Set the mean normal, which points into a, and two axes across it, right-handed."""
+    mean[:] = of_b - of_a
+    mean /= np.sqrt((mean**2).sum())
+    longest = 0.0
+    for k in range(b.shape[0]):
+        along = b[(k + 1) % b.shape[0]] - b[k]
+        along = along - (along * mean).sum() * mean
+        size = np.sqrt((along**2).sum())
+        if size > longest:
+            longest = size
+            first[:] = along / size
+    second[:] = np.cross(mean, first)
+
+
+@njit()
+def _flat(
+    points: FloatArray, origin: FloatArray, first: FloatArray, second: FloatArray
+) -> FloatArray:  # pragma: no cover - compiled
+    found = np.empty((points.shape[0], 2))
+    for k in range(points.shape[0]):
+        found[k, 0] = ((points[k] - origin) * first).sum()
+        found[k, 1] = ((points[k] - origin) * second).sum()
+    return found
+
+
+@njit()
+def _clip(
+    a: FloatArray, b: FloatArray, least: float
+) -> tuple[FloatArray, IntArray, IntArray]:  # pragma: no cover - compiled
+    """Return what convex polygons (k, 2) share: corners, what meets there, and both numbers of it.
+
+    `source` is the edge of a on which a side lies, or minus one less that of b.
+    """
+    most = a.shape[0] + b.shape[0] + 2
+    here, kind, mark, source = (
+        np.empty((most, 2)),
+        np.zeros(most, np.int64),
+        np.zeros((most, 2), np.int64),
+        np.zeros(most, np.int64),
+    )
+    there, kinds, marks, sources = (
+        np.empty((most, 2)),
+        np.zeros(most, np.int64),
+        np.zeros((most, 2), np.int64),
+        np.zeros(most, np.int64),
+    )
+    count = a.shape[0]
+    for k in range(count):
+        here[k], kind[k], mark[k, 0], source[k] = a[k], CORNER_OF_A, k, k
+    for j in range(b.shape[0]):
+        o, e = b[j], b[(j + 1) % b.shape[0]] - b[j]
+        size, new = np.sqrt((e**2).sum()), 0
+        for k in range(count):
+            p, r = here[k], here[(k + 1) % count]
+            inside = (e[0] * (p[1] - o[1]) - e[1] * (p[0] - o[0])) / size
+            next_one = (e[0] * (r[1] - o[1]) - e[1] * (r[0] - o[0])) / size
+            if inside >= -least:
+                there[new], kinds[new], marks[new], sources[new] = p, kind[k], mark[k], source[k]
+                new += 1
+            if (inside >= -least) != (next_one >= -least):
+                there[new] = p + inside / (inside - next_one) * (r - p)
+                kinds[new] = EDGES if source[k] >= 0 else CORNER_OF_B
+                marks[new, 0], marks[new, 1] = max(source[k], 0), j
+                sources[new] = source[k] if inside < -least else -1 - j
+                new += 1
+        count = new
+        here, there, kind, kinds = there, here, kinds, kind
+        mark, marks, source, sources = marks, mark, sources, source
+        if count < 3:
+            break
+    kept = np.ones(count, np.bool_)
+    for k in range(count):
+        kept[k] = np.sqrt(((here[k] - here[(k + 1) % count]) ** 2).sum()) > 4 * least
+    chosen = np.flatnonzero(kept)
+    return here[chosen], kind[chosen], mark[chosen]
+
+
+@njit()
+def _set_row(
+    row: FloatArray,
+    base: FloatArray,
+    kind: int,
+    edge: IntArray,
+    a: FloatArray,
+    b: FloatArray,
+    of_a: FloatArray,
+    of_b: FloatArray,
+    mean: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Set corner, the points of both faces over it, normal into a and gap of a row (13,)."""
+    on_a = base + ((a[0] - base) * of_a).sum() / (mean * of_a).sum() * mean
+    on_b = base + ((b[0] - base) * of_b).sum() / (mean * of_b).sum() * mean
+    across = of_b if kind == CORNER_OF_A else -of_a
+    if (np.cross(of_a, of_b) ** 2).sum() < PARALLEL**2:
+        across = of_b
+    elif kind == EDGES:
+        one, other = a[(edge[0] + 1) % a.shape[0]] - a[edge[0]], b[(edge[1] + 1) % b.shape[0]] - b[edge[1]]
+        turn = np.cross(one, other)
+        size, sizes = np.sqrt((turn**2).sum()), np.sqrt((one**2).sum() * (other**2).sum())
+        across = mean.copy()
+        if size > CROSSING * sizes and abs((turn * mean).sum()) > FACING * size:
+            across = turn / size * np.sign((turn * mean).sum())
+    gap = ((on_a - on_b) * across).sum()
+    if kind == CORNER_OF_B and (across == -of_a).all():
+        on_a = on_b + gap * across
+    else:
+        on_b = on_a - gap * across
+    row[:3], row[3:6], row[6:9], row[9:12], row[12] = base, on_a, on_b, across, gap

@@ -1,0 +1,186 @@
+"""The faces of blocks where they have come to, and the polygons in which those of different blocks touch there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.polygons import next_corner, owner_of_corner
+from bsm_mesh.movements import turned
+from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
+from bsm_mesh.three_d.blocks.polygons import bent_corners, vector_areas
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.contacts.clipping import PARALLEL, clipped, facing_faces, near_blocks
+from bsm_mesh.three_d.contacts.contact_set import depths, points_of, reaches
+from bsm_mesh.three_d.contacts.history import PolygonPoints, keys_of
+
+SUNK = 0.1  # of the thinner block: faces that overlap by more have come from the other side
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Surfaces:
+    """The faces of all blocks, in their order, corners in line left out.
+
+    Attributes
+    ----------
+    blocks : Polyhedra
+        The blocks.
+    rule : str
+        Contact points, as ``Model.contact_points``.
+    """
+
+    blocks: Polyhedra
+    rule: str
+
+    @cached_property
+    def _sides(self) -> tuple[IntArray, IntArray, IntArray, FloatArray, IntArray]:
+        """Face and block of every surface, first surface of every block, corners counter-clockwise, offsets."""
+        blocks = self.blocks
+        first, second = blocks.face_blocks.T
+        face = np.concatenate([np.flatnonzero((first != second) & (side >= 0)) for side in (first, second)])
+        back = np.arange(len(face)) >= ((first != second) & (first >= 0)).sum()
+        block = np.where(back, second[face], first[face])
+        order = np.lexsort((face, block))
+        face, back, block = face[order], back[order], block[order]
+        sizes = np.diff(blocks.face_offsets)[face]
+        starts = np.cumsum(sizes) - sizes
+        within = np.arange(sizes.sum()) - np.repeat(starts, sizes)
+        within = np.where(np.repeat(back, sizes), np.repeat(sizes, sizes) - 1 - within, within)
+        corners = blocks.vertices[blocks.face_vertices[np.repeat(blocks.face_offsets[face], sizes) + within]]
+        offsets = np.append(starts, sizes.sum())
+        bent = bent_corners(corners, offsets)
+        kept = np.bincount(owner_of_corner(offsets)[bent], minlength=len(face))
+        return (
+            face.astype(np.int32),
+            block.astype(np.int32),
+            np.searchsorted(block, np.arange(blocks.count + 1)),
+            corners[bent],
+            np.concatenate([[0], np.cumsum(kept)]),
+        )
+
+    def polygons(
+        self, position: FloatArray, moves: BoolArray, held: BoolArray, band: float, narrow: float
+    ) -> PolygonPoints:
+        """Return the points of polygons of faces that face each other at a position (n, 6).
+
+        They are nearer than `band` and wider than `narrow` [m].
+        One block of each pair `moves` (n,); two blocks that supports hold (n,) are no pair. Block a has the lower
+        number.
+        """
+        face, block, start, given, offsets = self._sides
+        owner, centroid = owner_of_corner(offsets), self.blocks.moments.centroid
+        of = block[owner]
+        corners = centroid[of] + position[of, :3] + turned(given - centroid[of], position[of, 3:])
+        full = np.diff(offsets) >= 3
+        areas = vector_areas(corners, offsets)
+        size = np.linalg.norm(areas, axis=1)
+        normal = np.divide(areas, size[:, None], out=np.zeros_like(areas), where=(full & (size > 0))[:, None])
+        low, high = (bound.reduceat(corners, offsets[:-1]) for bound in (np.minimum, np.maximum))
+        boxes = np.minimum.reduceat(low, start[:-1]), np.maximum.reduceat(high, start[:-1])
+        pairs = near_blocks(*boxes, moves, band)
+        pairs = pairs[~(held[pairs[:, 0]] & held[pairs[:, 1]])]
+        faces = facing_faces(pairs, start, normal, low, high, band)
+        sizes, rows = clipped(faces, corners, offsets, normal)
+        rows, faces, sizes = _touching(
+            rows, faces[sizes > 0], sizes[sizes > 0], (block, start, corners, offsets), band, narrow
+        )
+        return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
+
+    def _points(
+        self,
+        position: FloatArray,
+        rows: FloatArray,
+        surfaces: tuple[IntArray, IntArray, FloatArray, IntArray, FloatArray],
+        faces: IntArray,
+        sizes: IntArray,
+    ) -> PolygonPoints:
+        """Return the contact points of polygons: rows as `clipped` gives them, both surfaces, corners of each."""
+        face, block, corners, offsets, normal = surfaces
+        one, other = faces.T
+        polygons = ContactPolygons(
+            block_a=block[one],
+            block_b=block[other],
+            joint=_joints(self.blocks, face[one], face[other]),
+            face=face[other],
+            corners=rows[:, :3],
+            offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
+        )
+        points, slot = points_of(polygons, self.rule)
+        polygon, mean = points.polygon, polygons.normal
+        on_a, on_b = (_over(polygons.centroid, mean, corners[offsets[side]], normal[side]) for side in (one, other))
+        flat = (np.cross(normal[one], normal[other]) ** 2).sum(axis=1) < PARALLEL**2
+        across = np.where(flat[:, None], normal[other], mean)
+        gap = np.einsum("ij,ij->i", on_a - on_b, across)
+        on_b = on_a - gap[:, None] * across
+        found = rows
+        if len(polygon) > len(rows):  # with centroids
+            found = np.vstack([rows, np.hstack([polygons.centroid, on_a, on_b, across, gap[:, None]])])
+        a, b = polygons.block_a[polygon], polygons.block_b[polygon]
+        centroid = self.blocks.moments.centroid
+        placed = centroid + position[:, :3]
+        arms = [turned(found[:, c : c + 3] - placed[i], -position[i, 3:]) for c, i in ((3, a), (6, b))]
+        apart = centroid[a] + arms[0] - centroid[b] - arms[1]
+        key = keys_of(face[one][polygon], face[other][polygon], slot)
+        made = PolygonPoints(
+            key=key,
+            block_a=a,
+            block_b=b,
+            geometry=np.hstack([*arms, turned(found[:, 9:12], -position[b, 3:]), apart]),
+            found_gap=found[:, 12],
+            reach=reaches(polygons)[polygon],
+            area=points.area,
+            depth=depths(polygons, placed)[polygon],
+            joint=polygons.joint[polygon],
+        )
+        return made.some(np.argsort(key, kind="stable"))
+
+
+def _touching(
+    rows: FloatArray,
+    faces: IntArray,
+    sizes: IntArray,
+    surfaces: tuple[IntArray, IntArray, FloatArray, IntArray],
+    band: float,
+    narrow: float,
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return rows, surfaces and sizes of polygons within `band`, wider than `narrow`, and not behind a block."""
+    block, start, corners, offsets = surfaces
+    if not len(faces):
+        return rows, faces, sizes
+    first = np.cumsum(sizes) - sizes
+    across = rows[:, 9:12]
+    mean = np.add.reduceat(across, first)
+    mean /= np.linalg.norm(mean, axis=1)[:, None]
+    thin = np.full(len(faces), np.inf)
+    for side in (0, 1):
+        of = block[faces[:, side]]
+        begin, end = offsets[start[of]], offsets[start[of + 1]]
+        owner = np.repeat(np.arange(len(of)), end - begin)
+        firsts = np.cumsum(end - begin) - (end - begin)
+        heights = np.einsum(
+            "ij,ij->i", corners[np.repeat(begin - firsts, end - begin) + np.arange(len(owner))], mean[owner]
+        )
+        thin = np.minimum(thin, np.maximum.reduceat(heights, firsts) - np.minimum.reduceat(heights, firsts))
+    least = np.minimum.reduceat(rows[:, 12], first)
+    base, offsets = rows[:, :3], np.append(first, len(rows))
+    area = np.linalg.norm(vector_areas(base, offsets), axis=1)
+    around = np.add.reduceat(np.linalg.norm(base[next_corner(offsets)] - base, axis=1), first)
+    wide = 2 * area > narrow * around  # a narrow one is the elastic penetration of a face past another's edge
+    good = (least <= band) & (least >= -np.minimum(SUNK * thin, band)) & wide
+    return rows[np.repeat(good, sizes)], faces[good], sizes[good]
+
+
+def _over(point: FloatArray, mean: FloatArray, corner: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return the points of faces, by a corner and a normal of each, that lie over points along `mean`, (k, 3)."""
+    height = np.einsum("ij,ij->i", corner - point, normal) / np.einsum("ij,ij->i", mean, normal)
+    found: FloatArray = point + height[:, None] * mean
+    return found
+
+
+def _joints(blocks: Polyhedra, one: IntArray, other: IntArray) -> IntArray:
+    """Return the joints of pairs of faces: that of the second, else of the first, (k,); of none -1."""
+    joint: IntArray = np.where(blocks.face_joint[other] >= 0, blocks.face_joint[other], blocks.face_joint[one])
+    return joint

@@ -1,0 +1,218 @@
+"""Contact polygons in space found again where blocks have slid: clipping, edges, walls, what goes on in them."""
+
+import numpy as np
+import pytest
+import shapely
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+import bsm_mesh as bsm
+from bsm_mesh.certificate.verify_certificate import main as verify
+from bsm_mesh.movements import turned as turned_by
+from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.three_d.contacts.clipping import CORNER_OF_A, CORNER_OF_B, EDGES, _clip, near_blocks
+from bsm_mesh.three_d.contacts.history import PointHistory, faces_of
+from tests.scenes.polyhedra import box, model_in_space, rotation, turned
+
+OPTIONS = bsm.Options(threads=1)
+TANGENT = 1e-8  # of the greatest entry: differences of forces with steps of 1e-7
+TABLES = [box((0, 0, -1), (0.5, 0.5, 0)), box((0.5, 0, -1), (1, 0.5, 0))]
+CUBE = box((0, 0, 0), (0.5, 0.5, 0.5))
+
+
+def random_polygon(rng):
+    """Return the corners of a convex polygon, counter-clockwise."""
+    hull = shapely.MultiPoint(rng.normal(size=(8, 2)) + rng.normal(size=2)).convex_hull
+    return np.array(shapely.geometry.polygon.orient(hull).exterior.coords)[:-1]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_two_polygons_share_is_what_shapely_says(seed):
+    rng = np.random.default_rng(seed)
+    a, b = random_polygon(rng), random_polygon(rng)
+    corners, kind, edge = _clip(a, b, 1e-9)
+    whole = shapely.Polygon(a).intersection(shapely.Polygon(b))
+    found = shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
+    assert_allclose(found.symmetric_difference(whole).area, 0, atol=1e-8)
+    ends = {CORNER_OF_A: a, CORNER_OF_B: b}
+    for corner, of, (one, other) in zip(corners, kind, edge, strict=True):
+        if of == EDGES:
+            sides = [shapely.LineString([p[k], p[(k + 1) % len(p)]]) for p, k in ((a, one), (b, other))]
+            assert max(side.distance(shapely.Point(corner)) for side in sides) < 1e-8
+        else:
+            assert np.linalg.norm(ends[of] - corner, axis=1).min() < 1e-8
+
+
+def test_pairs_of_near_blocks_are_those_whose_boxes_are_near():
+    rng = np.random.default_rng(3)
+    low = rng.uniform(size=(60, 3))
+    high, moves = low + rng.uniform(0, 0.2, size=(60, 3)), rng.uniform(size=60) < 0.5
+    apart = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
+    exact = {(i, j) for i in range(60) for j in range(i + 1, 60) if apart[i, j] <= 0.05 and (moves[i] or moves[j])}
+    assert {tuple(pair) for pair in near_blocks(low, high, moves, 0.05)} == exact
+
+
+def system_and_contacts(movement, tilt=(0.2, -0.3, 0.15)):
+    """Return the block system of a cube on the first of two tables, and contacts where the cube has moved (6,).
+
+    The whole model is turned.
+    """
+    model = model_in_space([*TABLES, CUBE], fixed=(0, 1), kn=1e7, ks=3e6)
+    engine = Continuation(model, OPTIONS, lambda *_: None)
+    system, turn = engine.system, np.tile(tilt, (3, 1))
+    position = np.hstack([turned_by(system.centroid, turn) - system.centroid, turn])
+    moved = np.zeros_like(position)
+    moved[2] = movement
+    moved[:, :3], moved[:, 3:] = (turned_by(moved[:, c : c + 3], turn) for c in (0, 3))
+    position = system.moved_by(position, moved)
+    first = system.gather(PointHistory.none(), system.start, first=True)
+    history, _ = system.commit(first, system.evaluate(first, system.start), system.start)
+    return engine, system.gather(history, position, first=False), position
+
+
+def areas(contacts):
+    """Return the area in which the cube touches either table."""
+    c = contacts.candidates
+    return [c.length[(c.block_a == table) | (c.block_b == table)].sum() for table in (0, 1)]
+
+
+@pytest.mark.parametrize("slide", [0.1, 0.3, 0.45])
+def test_a_cube_that_slides_from_one_block_to_the_next_bears_on_both(slide):
+    """Areas are exact, so are force and moment of a uniform penetration."""
+    engine, contacts, position = system_and_contacts((slide, 0, -1e-4, 0, 0, 0))
+    assert_allclose(areas(contacts), [0.5 * (0.5 - slide), 0.5 * slide], rtol=1e-9)
+    at = engine.system.evaluate(contacts, position)
+    force, moment = (turned_by(at.forces[2:, c : c + 3], -np.array([[0.2, -0.3, 0.15]]))[0] for c in (0, 3))
+    assert_allclose(force, [0, 0, 1e7 * 0.25 * 1e-4], atol=1e-6)
+    assert_allclose(moment, 0, atol=1e-6)
+
+
+def test_half_a_cube_over_the_edge_bears_on_the_rest():
+    _, contacts, _ = system_and_contacts((0.75, 0, -1e-4, 0, 0, 0))
+    assert_allclose(areas(contacts), [0, 0.5 * 0.25], atol=1e-12)
+
+
+def test_a_cube_that_has_not_slid_keeps_its_polygons():
+    _, contacts, _ = system_and_contacts((0.01, 0, -1e-4, 0, 0, 0), tilt=(0, 0, 0))
+    assert not len(contacts.renewed.key)
+    face_a, face_b = faces_of(contacts.key)
+    assert (face_a == face_b).all()
+
+
+@pytest.mark.parametrize("movement", [(0.2, 0.1, -2e-3, 0.01, 0.02, 0.3), (0.7, 0.1, 0.132, 0.02, 0.3, 0.1)])
+def test_the_tangent_of_renewed_contacts_is_the_derivative_of_their_forces(movement):
+    """Flat and tilted: corners on faces, faces on corners, edges on edges."""
+    engine, contacts, position = system_and_contacts(movement)
+    step = StepEquations(engine.system, engine.factors, contacts, position, 0.0)
+    down = np.zeros_like(position)
+    down[2] = 1e-4, 2e-4, -5e-3, 1e-3, 2e-3, 1e-3
+    position = step.moved_by(position, down)
+    at = step.evaluate(position)
+    assert at.closed.any()
+    moment = at.forces[:, 3:] + np.cross(step.system.placed(position), at.forces[:, :3])
+    assert_allclose(moment.sum(axis=0), 0, atol=1e-9 * np.abs(at.forces).max())
+    data, exact = step.tangent(at), np.zeros((18, 18))
+    found, row = np.zeros((3, 6, 3, 6)), np.repeat(np.arange(3), np.diff(step.pattern.row_start))
+    for place, (i, j) in enumerate(zip(row, step.pattern.column, strict=True)):
+        found[i, :, j] += data[place]
+    for k in range(18):
+        change = np.zeros_like(position)
+        change.flat[k] = 1e-7
+        ahead, behind = (step.evaluate(step.moved_by(position, sign * change)).forces for sign in (1, -1))
+        exact[:, k] = -(ahead - behind).ravel() / 2e-7
+    assert_allclose(found.reshape(18, 18), exact, atol=TANGENT * np.abs(exact).max())
+
+
+def test_shear_and_slip_go_on_where_polygons_are_found_again():
+    """Of a cube that slides at its full strength: force, slip and failure of all points together."""
+    engine, contacts, position = system_and_contacts((0.002, 0, -1e-4, 0, 0, 0))
+    system = engine.system
+    at = system.evaluate(contacts, position)
+    history, _ = system.commit(contacts, at, position)
+    position = position.copy()
+    position[2, :3] += turned_by(np.array([[0.04, 0, 0]]), np.array([[0.2, -0.3, 0.15]]))[0]
+    again = system.gather(history, position, first=False)
+    assert len(again.renewed.key)
+    after = system.evaluate(again, position)
+    here = again.candidates.history >= 0
+    table = np.minimum(again.candidates.block_a, again.candidates.block_b) == 0
+    total = np.linalg.norm(again.old_shear[table].sum(axis=0))
+    assert_allclose(total, np.tan(np.radians(30)) * 1e7 * 1e-4 * 0.25, rtol=1e-6)
+    assert (after.size <= after.strength * (1 + 1e-12)).all()
+    assert again.mated[table & here].all()
+
+
+@pytest.fixture(scope="module")
+def stopped():
+    """Return results of a cube that slides down to a wall: neither touches the other as given."""
+    wall = [box((1, 0, -1), (1.2, 1, 0)), box((1.2, 0, -1), (2.2, 1, 0)), box((1.2, 0, 0), (2.2, 1, 1))]
+    solids = [box((0, 0, -1), (1, 1, 0)), *wall, box((0, 0, 0), (1, 1, 1))]
+    model = model_in_space(turned(solids, rotation(0, 35)), fixed=(0, 1, 2, 3), friction=20)
+    return bsm.run(model, OPTIONS)
+
+
+@pytest.mark.heavy
+def test_a_cube_slides_to_a_wall_and_rests_on_it(stopped):
+    """The way is the gap, the force on the wall what friction does not bear: to a thousandth and a hundredth."""
+    stage = stopped.stages[0]
+    along, across = np.array([[np.cos(a), 0, -np.sin(a)] for a in np.radians([35, -55])])
+    assert (stage.status, stage.displacement[4, :3] @ along) == ("stable", pytest.approx(0.2, rel=1e-3))
+    c = stage.contacts
+    push = np.where(c.block_b == 4, 1.0, -1.0)[:, None] * c.force
+    on = [push[((c.block_a == k) | (c.block_b == k)) & (c.block_a + c.block_b == k + 4)].sum(axis=0) for k in range(4)]
+    assert_allclose(np.sum(on, axis=0), [0, 0, 26e3], atol=1.0)
+    assert on[3] @ along < 0
+    assert on[0] @ across > 0
+    assert on[1] @ across > 0
+
+
+@pytest.mark.heavy
+def test_its_certificate_holds(stopped, tmp_path):
+    with pytest.warns(bsm.ResultsWarning):
+        stopped.save(tmp_path / "out")
+    assert verify(tmp_path / "out") == 0
+
+
+def slide_at(turn, dip, friction, half, overhang):
+    """Return the slides [m] at which a rigid cube on the edge of a table has turned by angles (k,) [rad].
+
+    Its bottom slides over the edge with friction. It begins to turn where the reaction, which friction moves ahead of
+    the centre by ``half * tan(friction)``, reaches the edge at ``overhang`` before the centre's start.
+    """
+    mu, gravity = np.tan(friction), 9.81 * np.array([np.sin(dip), -np.cos(dip)])
+    onset = overhang - mu * half
+
+    def rates(_, y):
+        s, angle, speed, spin = y  # of the centre past the edge along the bottom
+        c, e = np.cos(angle), np.sin(angle)
+        along, across = np.array([c, -e]), np.array([e, c])
+        turning = s * np.array([-e, -c]) + half * np.array([c, -e])
+        curved = 2 * speed * spin * np.array([-e, -c]) + spin**2 * (s * np.array([-c, e]) + half * np.array([-e, -c]))
+        push = across - mu * along
+        matrix = np.array([[*pair] for pair in zip(along, turning, -push, strict=True)])
+        matrix = np.vstack([matrix, [0, 2 * half**2 / 3, -(s + mu * half)]])
+        return [speed, spin, *np.linalg.solve(matrix, [*(gravity - curved), 0])[:2]]
+
+    start = [-mu * half, 0, np.sqrt(2 * (gravity[0] + mu * gravity[1]) * onset), 0]
+    path = solve_ivp(rates, (0, 0.4), start, rtol=1e-9, max_step=1e-3).y
+    return np.interp(turn, path[1], overhang + path[0] * np.cos(path[1]) + half * np.sin(path[1]))
+
+
+@pytest.mark.heavy
+def test_a_cube_pushed_over_an_edge_turns_as_a_rigid_body_does_and_falls():
+    """By 1, 5 and 10 degrees where the equations of motion say, to a hundredth; by no degree before."""
+    turns, dip, at = [], 35.0, np.radians([1, 5, 10])
+    back = rotation(0, dip).T
+
+    def observe(record, state):
+        movement = state().position[2]
+        turns.append([(back @ movement[:3])[0], (back @ movement[3:])[1]])
+
+    model = model_in_space(turned([*TABLES, CUBE], rotation(0, dip)), fixed=(0, 1))
+    end = Continuation(model, OPTIONS, observe).run()
+    slide, turn = np.array(turns).T
+    assert (end.status, end.unstable_blocks.tolist()) == ("unstable", [2])
+    assert turn[slide < 0.58].max() < np.radians(0.1)
+    exact = slide_at(at, np.radians(dip), np.radians(30), 0.25, 0.75)
+    assert_allclose(np.interp(at, turn[slide > 0.58], slide[slide > 0.58]), exact, rtol=0.01)
