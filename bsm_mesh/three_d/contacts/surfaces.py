@@ -84,9 +84,9 @@ class Surfaces:
         pairs = pairs[~(held[pairs[:, 0]] & held[pairs[:, 1]])]
         faces = facing_faces(pairs, start, normal, low, high, band)
         sizes, rows = clipped(faces, corners, offsets, normal)
-        rows, faces, sizes = _touching(
-            rows, faces[sizes > 0], sizes[sizes > 0], (block, start, corners, offsets), band, narrow
-        )
+        kept = _facing_best(faces, block, normal) & (sizes > 0)
+        rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
+        rows, faces, sizes = _touching(rows, faces, sizes, (block, start, corners, offsets), band, narrow)
         return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
 
     def _points(
@@ -171,6 +171,22 @@ def _touching(
     wide = 2 * area > narrow * around  # a narrow one is the elastic penetration of a face past another's edge
     good = (least <= band) & (least >= -np.minimum(SUNK * thin, band)) & wide
     return rows[np.repeat(good, sizes)], faces[good], sizes[good]
+
+
+def _facing_best(faces: IntArray, block: IntArray, normal: FloatArray) -> BoolArray:
+    """Return which pairs of surfaces (q, 2) face each other hardly worse than others of one face and the other block.
+
+    A face that touches an edge of a block meets both faces there, and counts once.
+    """
+    tilt = np.arccos(np.clip(-np.einsum("ij,ij->i", *normal[faces.T]), -1.0, 1.0))
+    best = np.ones(len(faces), dtype=bool)
+    for side in (0, 1):
+        key = (faces[:, side] << 32) | block[faces[:, 1 - side]]
+        _, of = np.unique(key, return_inverse=True)
+        least = np.full(len(faces), np.inf)
+        np.minimum.at(least, of, tilt)
+        best &= tilt <= least[of] + PARALLEL
+    return best
 
 
 def _over(point: FloatArray, mean: FloatArray, corner: FloatArray, normal: FloatArray) -> FloatArray:
