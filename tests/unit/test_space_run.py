@@ -114,6 +114,7 @@ def results_height(model):
     return np.unique(east)[-2] - east.min()
 
 
+@pytest.mark.heavy
 def test_what_is_for_the_plane_is_refused(case: Case) -> None:
     case.write("slope.toml", SLOPE)
     case.refuses("run", "slope.toml", "--tables", "csv", says=["tables of results are for the plane"])
