@@ -72,9 +72,7 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     model, options = results.model, results.options
     if model is None or options is None:
         raise ModelError("spread: these results were read back, without their model; give what bsm.run returned")
-    refuse_one_route(options)
-    if results.scheme == "zones":
-        raise ModelError("spread: zones have one route; leave zones out of the rocks to try others")
+    refuse_one_route(options, model)
     runs = _other_shakings(model) or [(route.name, _in_parts(model, route.parts), route) for route in OTHERS]
     ends = [route_end(USUAL.name, results, results)]
     for name, other, route in runs:
@@ -102,8 +100,12 @@ def _other_shakings(model: Model) -> list[tuple[str, Model, Route | None]]:
     return found
 
 
-def refuse_one_route(options: Options) -> None:
+def refuse_one_route(options: Options, model: Model) -> None:
     """Raise a `ModelError` where a way to solve has no other routes."""
+    from bsm_mesh.model.zones import has_zones
+
+    if has_zones(model):
+        raise ModelError("spread: zones have one route; leave zones out of the rocks to try others")
     if options.scheme != "continuation":
         raise ModelError(f"spread: scheme = '{options.scheme}' has one route; only 'continuation' has others")
 

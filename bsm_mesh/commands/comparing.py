@@ -59,10 +59,12 @@ def compare_model(
     Returns the exit code: 0 where every stage was compared.
     """
     from bsm_mesh.converters.continuum import compare_stages
+    from bsm_mesh.converters.continuum.compared_stages import refuse_zones
     from bsm_mesh.geometries import OutlineMesher
 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report, scripts=scripts)
+        refuse_zones(loaded.model)
         added = AddedFiles(output or loaded.output_folder)
         with placed(path.name):
             results = run(loaded.model, loaded.options, progress.step, progress.report)

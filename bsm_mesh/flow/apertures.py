@@ -92,7 +92,7 @@ class Apertures:
         at = np.zeros_like(moved) if in_rows else moved
         point = as_given(blocks, at, contacts.block_a, contacts.point)
         normal = turned(contacts.normal, -at[contacts.block_a, 2])
-        shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=in_rows)
+        shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=2 if in_rows else 0)
         face = cover_of(blocks, faces, contacts, shares).face
         known = np.flatnonzero(face >= 0)
         of = face[known]

@@ -139,7 +139,7 @@ def run_file(
             resumption = _resumption(writer, report, resume=resume)
         with placed(path.name):
             if spread:
-                refuse_one_route(solver)  # before anything is solved
+                refuse_one_route(solver, model)  # before anything is solved
             results = solve(model, solver, observer, report, watch, end, resumption)
             if spread:
                 results = with_spread(results, report)

@@ -44,7 +44,7 @@ class Shares:
 
 
 def shares_of_contacts(
-    blocks: Blocks, contacts: ContactForces, point: FloatArray, normal: FloatArray, *, in_rows: bool
+    blocks: Blocks, contacts: ContactForces, point: FloatArray, normal: FloatArray, *, in_rows: int
 ) -> Shares:
     """Return what each contact stands for.
 
@@ -56,19 +56,25 @@ def shares_of_contacts(
         The m contacts.
     point, normal : (m, 2) float64
         Where they are, and the outward normals of b's edges, brought back to the given geometry with block a.
-    in_rows : bool
-        Whether every two rows are the contacts of one face, at its ends or at Gauss points within.
+    in_rows : {0, 2, 3}
+        How many rows are the contacts of one face: two at its ends or at Gauss points within, or three, one in the
+        middle; 0: they are in no order.
     """
     sign = np.where(contacts.block_a < contacts.block_b, 1.0, -1.0)
     direction = turned(normal * sign[:, None], np.pi / 2)
-    if in_rows:
+    if in_rows == 2:
         other = np.arange(len(point)) ^ 1
         side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
         middle = (point[other] + point) / 2
         outer = middle - (side * contacts.length)[:, None] * direction
         first, last = (np.where((side == s)[:, None], outer, middle) for s in (1, -1))
         return Shares(first=first, last=last, direction=direction, side=side)
-    side = _sides(blocks, contacts, point, direction)
+    if in_rows == 3:
+        row = np.arange(len(point))
+        other = row + 2 - 2 * (row % 3)  # of the middle itself
+        side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
+    else:
+        side = _sides(blocks, contacts, point, direction)
     first = point + ((side - 1) / 2 * contacts.length)[:, None] * direction
     last = point + ((side + 1) / 2 * contacts.length)[:, None] * direction
     return Shares(first=first, last=last, direction=direction, side=side)

@@ -90,7 +90,7 @@ def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     given = find_faces(blocks)
     point = as_given(blocks, moved, contacts.block_a, contacts.point)
     normal = turned(contacts.normal, -moved[contacts.block_a, 2])
-    shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=results.scheme == "linear")
+    shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=_contacts_in_a_row(results, stage))
     cover = cover_of(blocks, given, contacts, shares)
     one, other = joined_shares(contacts, shares, cover.face)
     is_face = (cover.face[one] >= 0) | (contacts.status[one] != ContactStatus.OPEN) | (other >= 0)
@@ -98,6 +98,13 @@ def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     apart = _apart(results, stage, moved, given, cover)
     names = [field.name for field in fields(JointFaces)]
     return JointFaces(**{name: np.concatenate([getattr(part, name) for part in (touching, apart)]) for name in names})
+
+
+def _contacts_in_a_row(results: Results, stage: StageResult) -> int:
+    """Return how many contacts that follow each other belong to one face; 0: any."""
+    if stage.zones is not None:
+        return 3 if stage.zones.cells.shape[1] == 6 else 2  # elements of order 2 and 1
+    return 2 if results.scheme == "linear" else 0
 
 
 def _touching(

@@ -10,6 +10,7 @@ from bsm_mesh.converters.continuum.references import Request, solve_references
 from bsm_mesh.converters.continuum.stage_comparison import compare_stage
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.zones import has_zones
 from bsm_mesh.results.results import Results
 from bsm_mesh.solve.zones.mesh import Mesher
 
@@ -97,8 +98,7 @@ def compare_stages(
     """
     if results.model_digest != model.digest:
         raise ModelError("the results are not those of this model; run it again")
-    if results.scheme == "zones":
-        raise ModelError("zones are finite elements already; leave zones out of the rocks to compare rigid blocks")
+    refuse_zones(model)
     reasons = [obstacle(model, results, stage) for stage in results.stages]
     if all(reasons):
         return tuple(_refused(stage.name, reason) for stage, reason in zip(results.stages, reasons, strict=True))
@@ -120,6 +120,12 @@ def compare_stages(
         compared = compare_stage(model, results, number, references)
         found.append(ComparedStage(name=stage.name, kind=kind, reason="", comparison=compared))
     return tuple(found)
+
+
+def refuse_zones(model: Model) -> None:
+    """Raise a `ModelError` for a model whose blocks have zones."""
+    if has_zones(model):
+        raise ModelError("zones are finite elements already; leave zones out of the rocks to compare rigid blocks")
 
 
 def _refused(name: str, reason: str) -> ComparedStage:

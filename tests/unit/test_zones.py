@@ -14,6 +14,8 @@ import bsm_mesh as bsm
 from bsm_mesh.certificate import verify_certificate
 from bsm_mesh.converters import compare
 from bsm_mesh.model.zones import Zones
+from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.solve.zones.zone_mesh import zone_mesh
 from tests.scenes.small_case import MODEL, ROCK
 
@@ -217,3 +219,18 @@ REFUSED = [
 def test_what_zones_do_not_know_is_refused(make, words):
     with pytest.raises(bsm.ModelError, match=words):
         make()
+
+
+@pytest.mark.parametrize("default_joint", ["J1", None])
+@pytest.mark.parametrize("order", [1, 2])
+def test_faces_of_joints_are_covered_without_gap(order, default_joint):
+    """Every face is as long as it is given, and as much of it is open as its contacts say."""
+    zoned = dataclasses.replace(GNEISS, zones=Zones(size=0.3, order=order))
+    results = bsm.run(wall(rocks=[zoned, RIGID], default_joint=default_joint))
+    faces = joint_faces(results, results.stages[0])
+    length = np.hypot(*(faces.end - faces.start).T)
+    assert_allclose(length, faces.length, rtol=1e-9)
+    assert length.sum() == pytest.approx(1 + 1 + 1 + 1 + 1)  # two upright faces, and three pieces of the bed
+    contacts = results.stages[0].contacts
+    open_length = contacts.length[contacts.status == ContactStatus.OPEN].sum()
+    assert (faces.length * faces.open).sum() == pytest.approx(open_length, abs=1e-12)

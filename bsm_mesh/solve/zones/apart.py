@@ -250,27 +250,26 @@ class Apart:
         pairs = self.whole[end.present[owner[self.whole]].all(axis=1)]
         one, other = pairs.T
         ends = mesh.piece_ends
-        first = [ends[one, 0], ends[one, 1]]
-        second = [ends[other, 1], ends[other, 0]]
-        weight = [0.5, 0.5]
+        nodes = [(ends[one, 0], ends[other, 1]), (ends[one, 1], ends[other, 0])]
+        weight = np.array([0.5, 0.5])
         if self.basis.facet_dofs.size:
-            first.append(count + mesh.piece_facet[one])
-            second.append(count + mesh.piece_facet[other])
-            weight = [1 / 6, 1 / 6, 2 / 3]
+            nodes.insert(1, (count + mesh.piece_facet[one], count + mesh.piece_facet[other]))
+            weight = np.array([1.0, 4.0, 1.0]) / 6
+        first, second = (np.stack(side, axis=1).ravel() for side in zip(*nodes, strict=True))  # piece after piece
         unknowns = nodal_unknowns(self.basis)
-        flow = _flows(np.concatenate(first), np.concatenate(second), left[unknowns])
+        flow = _flows(first, second, left[unknowns])
         start, finish = (mesh.mesh.p[:, ends[one, k]].T for k in (0, 1))
         along = finish - start
         length = np.hypot(*along.T)
         tangent = along / np.maximum(length, np.finfo(float).tiny)[:, None]
-        normal = np.tile(np.stack([tangent[:, 1], -tangent[:, 0]], axis=1), (len(weight), 1))
+        normal = np.repeat(np.stack([tangent[:, 1], -tangent[:, 0]], axis=1), len(weight), axis=0)
         m, zero = len(flow), np.zeros(len(flow))
         return ContactForces(
-            block_a=np.tile(owner[other], len(weight)),
-            block_b=np.tile(owner[one], len(weight)),
-            point=self.basis.doflocs[:, unknowns[np.concatenate(first), 0]].T.copy(),
+            block_a=np.repeat(owner[other], len(weight)),
+            block_b=np.repeat(owner[one], len(weight)),
+            point=self.basis.doflocs[:, unknowns[first, 0]].T.copy(),
             normal=normal,
-            length=np.concatenate([part * length for part in weight]) if len(length) else zero,
+            length=(length[:, None] * weight).ravel(),
             normal_force=(flow * normal).sum(axis=1),
             shear_force=flow[:, 1] * normal[:, 0] - flow[:, 0] * normal[:, 1],
             opening=zero,
