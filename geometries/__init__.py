@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.patterns import Heads, Voronoi, bricks
     from bsm_mesh.geometries.quarters import quarter_blocks
     from bsm_mesh.geometries.rock_mass import Excavation, Opening, Region, RockMass
+    from bsm_mesh.geometries.sections import read_section
     from bsm_mesh.geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
     from bsm_mesh.geometries.short_sides import close_short_sides
     from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal, PowerLaw
@@ -101,6 +102,7 @@ __all__ = [
     "read_fractures",
     "read_orientations",
     "read_scan_line",
+    "read_section",
     "read_traces",
     "rectangle",
     "slope",
@@ -121,6 +123,7 @@ _HOME = {
     "kinematic_screening": "bsm_mesh.geometries.kinematics",
     "draw_kinematics": "bsm_mesh.geometries.kinematic_net",
     "read_orientations": "bsm_mesh.geometries.trace_tables",
+    "read_section": "bsm_mesh.geometries.sections",
     "read_fractures": "bsm_mesh.geometries.fractures",
     "read_scan_line": "bsm_mesh.geometries.trace_tables",
     "read_traces": "bsm_mesh.geometries.traces",

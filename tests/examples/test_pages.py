@@ -54,6 +54,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/earth_pressure.md": [],
     "docs/earthquakes.md": [*SLOPE, QUAKE, SHAKEN],
     "docs/how_to.md": [],
+    "docs/import_section.md": [],
     "docs/kinematics.md": [],
     "docs/liner.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],

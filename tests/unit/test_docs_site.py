@@ -63,7 +63,7 @@ NO_EXAMPLE = {  # public names that are given, caught or come out, and functions
     "is asked for by its family's example": "EdgeTractions Constant Normal Exponential PowerLaw Heads",
     "needs files, and runs in the pages": "load study back_analysis read_blocks read_mesh convert_meshio compare "
     "read_fractures read_scan_line read_traces joint_sets_of_scan_line read_orientations draw_stereonet "
-    "draw_kinematics find_curves fragment_by_joints "
+    "draw_kinematics read_section find_curves fragment_by_joints "
     "write_blocks write_mesh mesh_blocks quarter_blocks close_short_sides name_groups parse_settings case_parameters "
     "OutlineMesher GeometryError stope vaulted_box",
 }
