@@ -6,7 +6,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.plan import PLANS
+from bsm_mesh.solve.methods import nearby_equilibrium as nearby
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
+from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.large import tilted_wall
@@ -73,6 +75,29 @@ def test_a_wall_of_thousands_of_bricks_comes_to_rest_in_its_first_step():
     """A step that ended at its own goal, above that of rest, left Newton's method to be begun anew."""
     steps = bsm.run(tilted_wall(5000).model()).stages[0].steps
     assert (steps[0].method, len(steps)) == ("nearby equilibrium", 2)  # the second confirms it
+
+
+@pytest.mark.parametrize("bricks", [3000, 5000])
+def test_few_blocks_are_solved_apart_from_a_large_wall(bricks):
+    """A few large residuals kept the tangent of all regularised: corrections of the whole became more with its size."""
+    model, found = tilted_wall(bricks).model(), {}
+    for sweeps in (False, True):
+        step = begun(model)
+        attempt = newton(step, step.elastic_position, 1e-6, shrinking=0.7, sweeps=sweeps)
+        found[sweeps] = attempt, step.factors.count
+    (whole, many), (swept, few) = found[False], found[True]
+    assert few < many
+    assert swept.outcome is Outcome.SOLVED
+    if whole.outcome is Outcome.SOLVED:
+        assert_allclose(swept.position, whole.position, rtol=0, atol=1e-8 * np.abs(whole.position).max())
+
+
+@pytest.mark.parametrize(("bricks", "apart"), [(300, False), (5000, True)])
+def test_blocks_are_solved_apart_in_large_models_only(bricks, apart, monkeypatch):
+    asked, solve = [], nearby.newton
+    monkeypatch.setattr(nearby, "newton", lambda *given, **more: asked.append(more["sweeps"]) or solve(*given, **more))
+    NearbyEquilibrium().solve(begun(tilted_wall(bricks).model()), AT_REST, GOAL)
+    assert set(asked) == {apart}
 
 
 def test_a_block_that_must_slide_has_none_nearby():

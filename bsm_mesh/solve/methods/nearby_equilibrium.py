@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from bsm_mesh.solve.algebra.pardiso import LARGE
 from bsm_mesh.solve.methods.corrections import chord_method
 from bsm_mesh.solve.methods.newton import SETTINGS as NEWTON
 from bsm_mesh.solve.methods.newton import newton
@@ -57,13 +58,17 @@ class NearbyEquilibrium:
         step, inner = equations, goal.max_residual
         if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
-        shrinking = NEWTON.shrinking if _has_forces(step) else SETTINGS.unloaded
+        loaded = _has_forces(step)
+        sweeps = not loaded and len(step.start) >= LARGE  # below, factorizing the whole costs no more than a part
+        shrinking = NEWTON.shrinking if loaded else SETTINGS.unloaded
         position = step.elastic_position
         step = step.allowing_settlement(position)
         wanted = max(FEW_CHANGE, inner)
         for update in range(NEWTON.max_updates + 1):
             rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0
-            attempt = newton(step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized)
+            attempt = newton(
+                step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized, sweeps=sweeps
+            )
             step, position = attempt.equations.allowing_settlement(attempt.position), attempt.position
             attempt = replace(attempt, equations=step)
             if not attempt.may_end or update == NEWTON.max_updates or not step.within_search_range(position):

@@ -3,6 +3,9 @@
 With a regularised tangent open and slipping contacts keep a part of their stiffness in it, so that a correction does
 not throw blocks with few closed contacts. The part is proportional to the residual: near the solution the tangent is
 exact.
+
+In a large model few blocks keep a large residual, and with it the regularisation of all, after the others have
+converged. Where no contact has carried a force yet, they are solved apart between corrections of the whole.
 """
 
 from __future__ import annotations
@@ -12,10 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.methods.corrections import line_search, newton_correction, tangent_regularization
-from bsm_mesh.solve.methods.subdomain_newton import subdomain_correction
+from bsm_mesh.solve.algebra.mixed_precision import WORTH_REPEATING
+from bsm_mesh.solve.methods.corrections import chord_method, line_search, newton_correction, tangent_regularization
+from bsm_mesh.solve.methods.subdomain_newton import SETTINGS as SUBDOMAIN
+from bsm_mesh.solve.methods.subdomain_newton import block_residuals, subdomain_correction
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, Attempt, Goal, Iterate, Outcome
-from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.equations import Residual, StepEquations
+from bsm_mesh.solve.step.subproblem import SubdomainEquations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +102,7 @@ def newton(
     shrinking: float = SETTINGS.shrinking,
     max_rms: float = 0.0,
     localized: bool = False,
+    sweeps: bool = False,
 ) -> Attempt:
     """Return the result of Newton's method.
 
@@ -115,6 +122,8 @@ def newton(
         Rms residual with which it may end, though few blocks exceed the tolerance.
     localized : bool
         Corrections move the influence region of the largest residuals alone, where that is a small part of all.
+    sweeps : bool
+        After each correction blocks with a large residual are solved apart.
     """
     here, outcome = step.residual_at(position), Outcome.SINGULAR
     norms = [np.inf, np.inf, here.l2_norm]
@@ -137,5 +146,31 @@ def newton(
             if correction is None:
                 break
             here = line_search(step, here, correction)
+            here = _swept(step, here, tolerance) if sweeps else here
         norms.append(here.l2_norm)
     return Attempt(equations=step, position=here.position, outcome=outcome)
+
+
+def _swept(step: StepEquations, here: Residual, tolerance: float) -> Residual:
+    """Return the residual after sweeps, without a factorization of the whole, while they halve its 2-norm.
+
+    A sweep solves the blocks above the root mean square with all others fixed. What that leaves around them is
+    corrected by the chord method.
+    """
+    while here.max_norm >= tolerance:
+        sizes, _ = block_residuals(step, here.position)
+        moves = sizes > here.rms
+        if not 0 < moves.sum() <= SUBDOMAIN.max_share * len(moves):
+            break
+        local = SubdomainEquations(step, moves, here.position)
+        try:
+            solved = newton(local, local.start, FEW_CHANGE * here.max_norm, shrinking=WORTH_REPEATING)
+        finally:
+            local.close()
+        there = step.residual_at(chord_method(step, local.whole(solved.position), tolerance))
+        if not there.l2_norm < here.l2_norm:
+            break
+        before, here = here, there
+        if here.l2_norm > WORTH_REPEATING * before.l2_norm:
+            break
+    return here

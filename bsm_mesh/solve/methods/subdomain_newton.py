@@ -42,7 +42,7 @@ SETTINGS = SubdomainSettings()
 
 def subdomain_correction(step: StepEquations, position: FloatArray) -> FloatArray | None:
     """Return the position after a regularised correction of the subdomain, or None where it is empty or too large."""
-    sizes, weight = _block_residuals(step, position)
+    sizes, weight = block_residuals(step, position)
     large = sizes > SETTINGS.cutoff * sizes.max()
     moves = _with_layers(step.pattern, large, step.system.prescribed_blocks, SETTINGS.layers)
     if not 0 < moves.sum() <= SETTINGS.max_share * len(moves):
@@ -57,7 +57,7 @@ def subdomain_correction(step: StepEquations, position: FloatArray) -> FloatArra
     return local.whole(corrected.position)
 
 
-def _block_residuals(step: StepEquations, position: FloatArray) -> tuple[FloatArray, float]:
+def block_residuals(step: StepEquations, position: FloatArray) -> tuple[FloatArray, float]:
     """Return the maximum norm of every block's residual over the mean weight (n,), and that weight."""
     at = step.evaluate(position)
     weight = step.system.weight(at)

@@ -47,7 +47,7 @@ class SubdomainEquations(StepEquations):
         self.blocks = np.flatnonzero(involved)
         self.block = np.flatnonzero(moves[self.blocks])
         self.system, self.factors, self.lam = step.system, step.factors, step.lam
-        self.settlement_allowance = step.settlement_allowance
+        self.settlement_allowance, self.supports_move = step.settlement_allowance, False
         self.start = position[self.blocks]
         self.regularization_reference = step.regularization_reference[self.blocks]
         self.mass, self.scale = step.mass[self.blocks], step.scale[self.blocks]
