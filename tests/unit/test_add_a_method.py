@@ -1,4 +1,4 @@
-"""The worked example of docs/architecture.md, "Add a method": one file of at most 80 lines, one line in PLANS."""
+"""The worked example of docs/extending.md, "Add a method": one file of at most 80 lines, one line in PLANS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bsm_mesh.solve.continuation.plan import PLANS, Phase
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 
-PAGE = Path(__file__).parents[2] / "docs" / "architecture.md"
+PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
 
 
 def test_the_worked_example_ends_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
