@@ -83,7 +83,7 @@ def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     """Return the faces of a stage: those with contacts, then the parts of given faces that have none left.
 
     A corner that is near an edge, open and alone, is none. A face that slides loses length, one that rocks a half: that
-    part counts as open, and so does a whole face whose blocks have moved apart.
+    part counts as open, and so does a whole face whose blocks parted.
     """
     blocks, contacts = results.blocks, stage.contacts
     moved = np.zeros_like(stage.origin) if results.has_small_displacements else stage.displacement + stage.origin

@@ -1,9 +1,9 @@
 """The same cells with nodes of their own in every block: forces between blocks that share nodes.
 
-Rock without a joint is one piece: blocks there share nodes, and the solution knows no force between them. On cells that
-share no node across blocks the forces at the nodes of every block are known, and its neighbours and supports balance
-them. At a node of several blocks statics leaves open which force goes through which face: it is the least, as in a
-network of equal conductors.
+Rock without a joint is one piece: blocks there share nodes, and the solution knows no force between them. If the cells
+of different blocks share no node, the forces at the nodes of every block are known. Neighbours and supports balance
+them. Statics does not determine the share of each face at a node of several blocks: it is the least, as in a network of
+equal conductors.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rock put back in a stage: without stress where it lies then, whatever the rest has moved by since."""
+"""Rock put back in a stage: without stress where it lies then, however the rest is displaced."""
 
 from __future__ import annotations
 

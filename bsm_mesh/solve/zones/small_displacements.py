@@ -15,7 +15,7 @@ MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new cont
 def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:
     """Return which block moved how far where small displacements do not hold; empty where they do.
 
-    What all blocks do together is no matter. A block moves far that turns by more than `most`, or whose faces move
+    Movements common to all blocks do not count. A block moves far that turns by more than `most`, or whose faces move
     against those of a neighbour by more than that part of its size.
 
     Parameters

@@ -85,11 +85,11 @@ class Continuum:
     discretization : Discretization
         Elements and interfaces.
     present : sequence of (n,) bool or None
-        Blocks that are there in the first stages, where a run lost some besides those that its stages take away; on
-        faces that these lay bare the stages' pressures do not act.
+        Blocks that are there in the first stages, if a run lost some that its stages do not take away. The pressures of
+        stages do not act on faces of lost blocks.
     mesh : ContinuumMesh, optional
-        Its cells; None: those of the discretization. With cells that are given, what blocks exert on each other where
-        they share nodes is worked out too (`apart`).
+        Its cells; None: those of the discretization. With given cells the forces between blocks that share nodes are
+        worked out too (`apart`).
     """
 
     def __init__(
