@@ -88,6 +88,20 @@ def test_a_cube_that_slides_from_one_block_to_the_next_bears_on_both(slide):
     assert_allclose(moment, 0, atol=1e-6)
 
 
+def test_free_faces_of_rigid_rock_without_a_joint_do_not_touch():
+    """The wall and the cube's front have no joint; what has one, the cube's bottom, touches what it comes to."""
+    wall = box((1, 0, 0), (1.5, 0.5, 0.5))
+    model = model_in_space([*TABLES, CUBE, wall], fixed=(0, 1, 3)).replace(default_joint=None)
+    system = Continuation(model, OPTIONS, lambda *_: None).system
+    position = system.start.copy()
+    position[2, :3] = 0.48, 0, -1e-4
+    first = system.gather(PointHistory.none(), system.start, first=True)
+    history, _ = system.commit(first, system.evaluate(first, system.start), system.start)
+    contacts = system.gather(history, position, first=False)
+    assert_allclose(areas(contacts), [0.5 * 0.02, 0.5 * 0.48], rtol=1e-9)
+    assert 3 not in [*contacts.candidates.block_a, *contacts.candidates.block_b]
+
+
 def test_half_a_cube_over_the_edge_bears_on_the_rest():
     _, contacts, _ = system_and_contacts((0.75, 0, -1e-4, 0, 0, 0))
     assert_allclose(areas(contacts), [0, 0.5 * 0.25], atol=1e-12)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.properties import LawCatalogue
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import LEAST_DEPTH, compliance
@@ -45,6 +45,17 @@ class PolygonCatalogue(LawCatalogue):
         What is given; its blocks are polyhedra.
     """
 
+    def have_stiffness(self, points: PolygonPoints) -> BoolArray:
+        """Return which points have a joint, or a rock that is not rigid, (m,)."""
+        blocks = self._model.blocks
+        soft = np.isfinite(self._moduli[:, 0])[blocks.rock]
+        found: BoolArray = (self._joint_of(points) >= 0) | soft[points.block_a] | soft[points.block_b]
+        return found
+
+    def _joint_of(self, points: PolygonPoints) -> IntArray:
+        joint: IntArray = np.where(points.joint >= 0, self._number[points.joint], self._default)
+        return joint
+
     def properties(self, points: PolygonPoints) -> PointProperties:
         """Return the properties of points.
 
@@ -55,7 +66,7 @@ class PolygonCatalogue(LawCatalogue):
         """
         blocks = self._model.blocks
         assert in_space(blocks)
-        joint = np.where(points.joint >= 0, self._number[points.joint], self._default)
+        joint = self._joint_of(points)
         least = LEAST_DEPTH * blocks.moments.volume / blocks.surfaces
 
         def rock(block: IntArray, depth: FloatArray) -> tuple[FloatArray, FloatArray]:

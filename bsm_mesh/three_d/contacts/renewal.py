@@ -65,7 +65,7 @@ class Renewal:
         if first or not moves.any():
             return before
         found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
-        found = found.some(~self._behind(found, points))
+        found = found.some(~self._behind(found, points) & self.catalogue.have_stiffness(found))
         fresh = found.some(~np.isin(found.key // SLOTS, points.key[~stale] // SLOTS))
         stale |= _on_faces_of(points, (fresh, points.some(stale)), moves)
         new = found.some(~np.isin(found.key // SLOTS, points.key[~stale] // SLOTS))
