@@ -19,7 +19,7 @@ from bsm_mesh.results.records import ContactForces
 class Apertures:
     """The apertures of a model's joints as its blocks move.
 
-    A joint's walls come nearer by what blocks overlap less what their rock gives way: with the opening o of the blocks
+    The closure of a joint is the overlap of its blocks less the closure of their rock. With the opening o of the blocks
     since the start, the effective normal stress s and the compliance c of the rock on both sides the aperture is
     ``a0 + o + c s``, at least the residual one. That holds for any normal spring, and dilation, which moves blocks
     apart, is in the opening. Where an in-situ stress was there at the start, o lacks what it had closed: that is taken

@@ -39,8 +39,8 @@ def unused_notes(file: ModelFile, model: Model, report: MeshReport, bolts: Seque
     Raises
     ------
     ModelError
-        For everything that the file names and that acts on nothing, and for joints and boundaries of which more than a
-        hundredth is not in the mesh, unless the file allows it.
+        For everything that the file names and that acts on nothing. For joints and boundaries of which more than a
+        hundredth is not in the mesh. The file may allow both.
     """
     from bsm_mesh.converters import NoteKind
 

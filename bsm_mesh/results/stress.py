@@ -86,8 +86,8 @@ def total_and_effective_stress(
 def stress_is_known(blocks: Blocks, present: BoolArray, supports: SupportForces) -> BoolArray:
     """Return the blocks (n,) whose average stress says something of the rock.
 
-    Not those that supports hold at two points or more in all directions, or as a whole: statics does not tell
-    where in them the reactions act. Not corner slivers, under `SLIVER` of the mean area (in space: volume).
+    Not those that supports hold at two points or more in all directions, or as a whole. Statics does not give the
+    place of their reactions. Not corner slivers, under `SLIVER` of the mean area (in space: volume).
     """
     both = np.flatnonzero(np.abs(supports.reaction).min(axis=1, initial=np.inf) > 0)
     held = np.bincount(supports.block[both], minlength=blocks.count)

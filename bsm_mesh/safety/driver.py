@@ -182,7 +182,7 @@ class Search:
         return min(stable, key=lambda each: self._within.at(each.value), default=None)
 
     def _set_reference(self, first: Ended, run_all: RunAll) -> None:
-        """Take the state from which movement counts: the first, or a stronger one where blocks have moved far in it.
+        """Take the state from which movement counts: the first, or a stronger one where blocks moved far in it.
 
         A state that blocks reached by giving way is none to count from. Where they move as far at more strength they
         have not given way: joints are soft.

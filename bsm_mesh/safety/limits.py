@@ -35,7 +35,7 @@ class ValueTrials:
     stage: int
 
     def run(self, value: float, limit: float | None = None) -> Ended:
-        """Return how the model ends with a value, or once a block has moved that far [m]."""
+        """Return how the model ends with a value, or once a block moves that far [m]."""
         model = self.model_at(value)
         return ended(model_up_to(model, self.stage), limited(self.options, limit), value)
 

@@ -91,7 +91,7 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Reaches:
-    """The criterion that a point has moved as far as measured, or its block has come down."""
+    """The criterion that a point moves as far as measured, or its block falls."""
 
     measured: Measured
     reached: float

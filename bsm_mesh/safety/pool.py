@@ -19,7 +19,7 @@ class Trials(Protocol):
     """What runs a model at a value; picklable where several processes share the work."""
 
     def run(self, value: float, limit: float | None) -> Ended:
-        """Return how the model ends; a block that has moved farther than `limit` [m] has failed."""
+        """Return how the model ends; a block that moves by more than `limit` [m] has failed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ SLID = 0.05  # of a polygon's size: with more slide it is found again
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Renewal:
-    """What is constant in the renewal of polygons.
+    """Constants of the renewal of polygons.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Renewal:
         return gathered(whole, replace(left, renewed=renewed), position, self.size, first=first)
 
     def _stale(self, points: PolygonPoints, contacts: ContactSet, position: FloatArray) -> BoolArray:
-        """Return the points (m,) of polygons whose points have moved by a part of their size since they were found."""
+        """Return the points (m,) of polygons whose points moved by a part of their size since they were found."""
         _, place, *_ = contacts.frames(position)
         along = np.linalg.norm(contacts.along(place), axis=1)
         moved = np.hypot(along, contacts.gaps(place) - points.found_gap)
@@ -127,7 +127,7 @@ def _sides(points: PolygonPoints) -> tuple[IntArray, IntArray]:
 def inherited(
     before: ContactSet, stale: IntArray, own: ContactSet, new: PolygonPoints, position: FloatArray
 ) -> PointHistory:
-    """Return the history of points of new polygons, in their order: what the stale ones of the same blocks leave.
+    """Return the history of points of new polygons, in their order, from the stale ones of the same blocks.
 
     Of those that bore, the shear force goes to where the new ones press; what most of them are, by area, the new ones
     are. Points of blocks that did not touch before have failed, and are without force where they are found.
