@@ -11,6 +11,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.results.shaking import ENERGIES
 from examples.numbers.pages import Table, markdown
+from examples.numbers.safety import starter
 from tests.scenes.models import GAMMA
 from tests.scenes.shaken import QUIET, housners_swings, quake, rocking, swings, wall
 
@@ -127,7 +128,29 @@ def energies_by_damping() -> str:
     return markdown(header, rows)
 
 
+def slope_by_damping() -> str:
+    """Return a row for every damping of the starter slope under a sine of 0.3 g, and one of Newmark's method."""
+    model = starter("slope")
+    sine = bsm.Shaking(waveform="sine", frequency=2.0, amplitude=0.3 * GRAVITY, cycles=8)
+    rows = []
+    for damping in (0.0, 0.05, 0.2):
+        shaken = bsm.Stage(name="quake", shaking=replace(sine, contact_damping=damping))
+        stage = bsm.run(model.replace(stages=[*model.stages, shaken]), model.options).stages[-1]
+        found = stage.shaking
+        assert found is not None
+        moved = f"{stage.max_stage_displacement:.2f}"
+        steps = f"{found.cycles / found.time[-1] / 1000:.0f}"
+        rows.append((f"`contact_damping = {damping:g}`", stage.status.value, moved, steps))
+    side = bsm.newmark(model, sine, sides=["left"], options=model.options).sides[0]
+    assert side.sliding is not None
+    assert side.turned is not None
+    moved = f"{side.sliding.permanent:.2f} or {side.turned.permanent:.2f}"
+    rows.append((f"Newmark, yield acceleration {side.yields:.3f} g", "-", moved, "-"))
+    return markdown(("", "verdict", "greatest displacement, m", "thousand steps a second"), rows)
+
+
 TABLES = (
+    Table(name="shaken-slope", page="docs/earthquakes.md", make=slope_by_damping, is_slow=True, tolerance=0.3),
     Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
     Table(name="random-rocking", page="docs/earthquakes.md", make=random_rocking, is_slow=True),
     Table(name="damped", page="docs/earthquakes.md", make=energies_by_damping, tolerance=0.15),

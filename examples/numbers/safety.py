@@ -54,7 +54,7 @@ def draw_starter_slope() -> None:
 
 @cache
 def _slope() -> tuple[str, Safety]:
-    model = _starter("slope")
+    model = starter("slope")
     return model.title, factor_of_safety(model, replace(model.options or bsm.Options(), linear_solver="superlu"))
 
 
@@ -65,11 +65,12 @@ def larger() -> Iterator[tuple[str, bsm.Model]]:
             f"slope of two joint sets, {blocks} blocks wanted, friction {friction:g}",
             jointed_slope(blocks, friction).model(),
         )
-    yield "starter `cavern`, bolted, after its bench", _starter("cavern")
-    yield "starter `tunnel`, bolted", _starter("tunnel")
+    yield "starter `cavern`, bolted, after its bench", starter("cavern")
+    yield "starter `tunnel`, bolted", starter("tunnel")
 
 
-def _starter(name: str) -> bsm.Model:
+def starter(name: str) -> bsm.Model:
+    """Return the model that `bsm-mesh new NAME` writes."""
     with TemporaryDirectory() as folder, redirect_stdout(StringIO()):
         write_starter(name, Path(folder) / name)
         return bsm.load(Path(folder) / name / "model.toml")
