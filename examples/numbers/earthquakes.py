@@ -146,7 +146,7 @@ def slope_by_damping() -> str:
     assert side.turned is not None
     moved = f"{side.sliding.permanent:.2f} or {side.turned.permanent:.2f}"
     rows.append((f"Newmark, yield acceleration {side.yields:.3f} g", "-", moved, "-"))
-    return markdown(("", "verdict", "greatest displacement, m", "thousand steps a second"), rows)
+    return markdown(("", "verdict", "greatest displacement, m", "steps, thousands a second of the record"), rows)
 
 
 TABLES = (
