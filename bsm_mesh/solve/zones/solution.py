@@ -22,7 +22,7 @@ class ContinuumSolution:
         slip or open. Small displacements hold for far less: `compare` looks at that.
     elasticity : str
         Elastic constants: the rock's E and Poisson's ratio, or those of the continuum to which the
-        Block-Spring Model tends (`converters.continuum.elasticity.matched_elasticity`).
+        Block-Spring Model tends (`converters.continuum.matched.matched_elasticity`).
     present : (n,) bool
         Which blocks are there; arrays over blocks hold zeros for the others.
     stress : (n, 2, 2) float64 [Pa]
