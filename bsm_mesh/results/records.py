@@ -347,13 +347,8 @@ class StageResult(Portable):
             "water_gradient": np.zeros(0),
             "joint_water": np.full(joints, np.nan),
         }
-        return cls(
-            name="",
-            present=np.ones(len(displacement), dtype=bool),
-            displacement=displacement,
-            origin=still,
-            **{**dry, **known},
-        )
+        present = np.ones(len(displacement), dtype=bool)
+        return cls(name="", present=present, displacement=displacement, origin=still, **{**dry, **known})
 
     @property
     def seconds(self) -> float:
