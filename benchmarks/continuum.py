@@ -1,7 +1,7 @@
 """Set finite elements beside every example and starter: ``python -m benchmarks.continuum``.
 
 A table of every stage: its class and the sentence of ``bsm-mesh compare``. With ``--into PAGE`` it takes the place of
-what stands between that page's marks.
+what is between that page's marks.
 """
 
 from __future__ import annotations

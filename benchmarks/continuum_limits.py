@@ -1,8 +1,8 @@
 """Closed forms, slopes under gravity, refinement, bolts, a large continuum: ``python -m benchmarks.continuum_limits``.
 
 Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
-equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``
-the tables take the place of what stands between that page's marks.
+equilibrium undetermined: the first ten seeds whose blocks reach rest, both equilibria checked. With ``--into PAGE``
+the tables take the place of what is between that page's marks.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ TUNNEL, MODULI = "staged_tunnel/model", (10e9, 20e9, 50e9, 100e9)
 ROCKS = ("joints", "rock", "stage", "what compare says", "of elements begun where the blocks rest")
 ROCKS_SAYING = (
     "The tunnel by stages, in elastic rock instead of rigid. Joints that break leave several equilibria: the last "
-    "column is of another of the elements, found from where the blocks came to rest:"
+    "column is of another of the elements, found from where the blocks reached rest:"
 )
 TUNNELS, STIFFER = ("staged_tunnel/model", "staged_tunnel/weak"), (1, 10, 100)
 RIGID = ("model", "stiffness of the joints", "stage", "displacement by", "joint forces by", "blocks", "elements")

@@ -2,7 +2,7 @@
 
 PYTHON is one with compas_dem, compas_cra and compas_lmgc90. Forces are summed between every two blocks; where statics
 does not determine them the programs may well differ: rigid contacts here, springs there. With ``--into PAGE`` the table
-takes the place of what stands between that page's marks.
+takes the place of what is between that page's marks.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The problems of docs/first_problems.md from nothing to a verdict, as typed: ``python -m benchmarks.first_problems``.
 
-Blocks, verdict and processor time of each. With ``--into PAGE`` the table takes the place of what stands between that
+Blocks, verdict and processor time of each. With ``--into PAGE`` the table takes the place of what is between that
 page's marks.
 """
 

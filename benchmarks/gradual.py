@@ -50,7 +50,7 @@ def main() -> int:
     argparse.ArgumentParser(description=__doc__).parse_args()
     models = [model for size in SIZES for model in slopes(size)]
     models += [station(name, parts) for name in ("model.toml", "bolts.toml") for parts in PARTS]
-    print("| model | blocks | verdict | steps | processor time | farthest |\n|---|---:|---|---:|---:|---:|")
+    print("| model | blocks | verdict | steps | processor time | most distant |\n|---|---:|---|---:|---:|---:|")
     unanswered = 0
     for name, model in models:
         began = time.process_time()

@@ -34,7 +34,7 @@ def judged(case: Case) -> tuple[Case, str, bool, float]:
 
 
 def main() -> int:
-    """Run the map, or some of it, and print what is wrong and how many there were."""
+    """Run the map, or some of it, and print the fault and how many there were."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sample", type=int, metavar="N", help="so many of all at random, always the same ones")
     parser.add_argument("--processes", type=int, default=1)

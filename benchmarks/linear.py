@@ -1,4 +1,4 @@
-"""The linear scheme on a mesh of triangles, beside scikit-fem's P1 elasticity on the same mesh.
+"""The linear scheme on a mesh of triangles, compared with scikit-fem's P1 elasticity on the same mesh.
 
 Each is done twice in a process of its own and the second time counts: a virtual machine may hand fresh memory out at
 half a gigabyte a second, which says nothing about either program. Times are from the mesh in memory to stresses.

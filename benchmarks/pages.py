@@ -25,7 +25,7 @@ def add_into(command: argparse.ArgumentParser, maker: str) -> None:
             raise argparse.ArgumentTypeError(f"{given}: {error}") from None
         return Path(given)
 
-    command.add_argument("--into", type=page, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    command.add_argument("--into", type=page, metavar="PAGE", help="a page in Markdown: what is between its marks")
 
 
 def tell(text: str, maker: str, page: Path | None) -> None:

@@ -3,7 +3,7 @@
 Each returns a row: ``blocks``, ``verdict``, ``note``, ``seconds`` of the solution with the model in memory, and what
 else it can tell of ``residual``, ``drift``, ``steps``, ``factorizations``, ``parts``, ``processor``, ``memory``. The
 residual is the largest residual force of a block over the mean block weight; of pymunk, which moves in time, the
-greatest acceleration over gravity. Drift is how far a block has moved, where the springs of the block-spring model
+greatest acceleration over gravity. Drift is how far a block moved, where the springs of the block-spring model
 would give micrometres.
 """
 

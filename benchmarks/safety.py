@@ -28,7 +28,7 @@ KINDS: dict[str, tuple[tuple[Draw, ...], int]] = {"slopes": ((draw_slope,), 40),
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """What came of one model."""
+    """The outcome of one model."""
 
     kind: str
     seed: int

@@ -1,7 +1,7 @@
 """A Monte Carlo study of a slope of 300 blocks: ``python -m benchmarks.studies [--runs 1000] [--kill] [--dask]``.
 
 Told are the wall time and the share of all cores that was busy. With ``--kill`` the same study is run once more, one of
-its workers and then its driver killed (signal 9), and gone on with; with ``--dask`` by a local Dask cluster. Exit
+its workers and then its driver killed (signal 9), and continued with; with ``--dask`` by a local Dask cluster. Exit
 code 1 where a table differs.
 """
 
@@ -132,7 +132,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--kill", action="store_true", help="kill a worker and the driver, and go on")
+    parser.add_argument("--kill", action="store_true", help="kill a worker and the driver, and continue")
     parser.add_argument("--dask", action="store_true", help="by a local Dask cluster too")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:

@@ -1,8 +1,8 @@
 """The thesis's own iteration on random models: ``python -m benchmarks.thesis_scheme [--count N] [--into PAGE]``.
 
 Models are those of the campaign with few blocks. What is right is the closed form, where there is one that can say;
-else what ``scheme = "continuation"`` says, at which the campaign's oracles look. Blocks that come to rest after moving
-a tenth of their size have moved. A table tells, for `wang` as it is and with other settings, how many models have an
+else what ``scheme = "continuation"`` says, at which the campaign's oracles look. Blocks that reach rest after moving
+a tenth of their size moved. A table tells, for `wang` as it is and with other settings, how many models have an
 answer, how many of these are wrong, and at what cost.
 """
 
@@ -51,7 +51,7 @@ class Setting:
     Attributes
     ----------
     holds : int
-        Cycles in a row in which a contact has to bear before it holds a block.
+        Cycles in a row in which a contact has to carry before it holds a block.
     least : float
         Least part of their shear stiffness that sliding contacts keep.
     """
@@ -73,7 +73,7 @@ Task = tuple[str, int]
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """What came of a model with a setting: whether it stands, and does by what is known; None: no verdict."""
+    """The outcome of a model with a setting: whether it is stable, and does by what is known; None: no verdict."""
 
     setting: Setting
     stands: bool | None

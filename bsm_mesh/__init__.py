@@ -72,7 +72,7 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 
 # All other names are imported when they are first used: the command line must be able to take an interruption before
-# NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
+# NumPy is there, and a geometry script needs none of them. Here is where those are that `bsm_mesh.model` has not.
 _HOME = {
     "Results": "bsm_mesh.results",
     "liner_forces": "bsm_mesh.results.liner",
@@ -121,7 +121,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: s
 def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     """Return the model of a model file (TOML), to be changed or run; ``model.options`` is what its ``[solver]`` says.
 
-    What was mended in its mesh is warned of (`MeshWarning`). To run a file as it is, results folder and all:
+    Repairs of its mesh are warnings (`MeshWarning`). To run a file as it is, results folder and all:
     ``bsm.run("model.toml")``.
 
     A model file may run a geometry script, and name any path. With ``scripts=False`` it does neither: no code of its
@@ -145,7 +145,7 @@ def study(
     scheduler: str | None = None,
     scripts: bool = True,
 ) -> StudyResults:
-    """Return what came of a study file (TOML): many runs of a model whose keys take other values.
+    """Return the outcome of a study file (TOML): many runs of a model whose keys take other values.
 
     Parameters
     ----------

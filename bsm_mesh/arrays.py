@@ -121,7 +121,7 @@ def _read_only_again(value: Any) -> Any:
 
 
 def show_only(owner: object) -> None:
-    """Replace a frozen dataclass's arrays by read-only views: whoever made them may go on with them, nobody else."""
+    """Replace a frozen dataclass's arrays by read-only views: whoever made them may continue with them, nobody else."""
     for field in dataclasses.fields(owner):  # type: ignore[arg-type]
         value = getattr(owner, field.name)
         if isinstance(value, np.ndarray) and value.flags.writeable:
@@ -138,7 +138,7 @@ def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | No
     dtype : dtype
         Element type to convert to.
     shape : tuple
-        Expected shape; None stands for any length.
+        Expected shape; None represents any length.
     name : str
         The field's name, for the message.
 

@@ -137,7 +137,7 @@ def _digest(kernel: Any) -> str:
 
 
 def _seen(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
-    """Yield what the names in a function stand for outside it, and those of modules of the package."""
+    """Yield what the names in a function represent outside it, and those of modules of the package."""
     names, scope = sorted(_names(function.__code__)), dict(function.__globals__)
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         names, scope[name] = [*names, name], cell.cell_contents

@@ -17,7 +17,7 @@ UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\
 
 
 class InputError(ValueError):
-    """What is given cannot be used: every fault found, each with its place, rule and cure.
+    """The input cannot be used: every fault found, each with its place, rule and cure.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class SingularMatrixError(ArithmeticError):
 
 
 class MeshWarning(UserWarning):
-    """Something in a mesh was mended or left out; the message says what and how much."""
+    """A repair or an omission in a mesh; the message says what and how much."""
 
 
 class ResultsWarning(UserWarning):

@@ -131,7 +131,7 @@ def given_alone(files: Mapping[str, Path]) -> Iterator[Path]:
 
 
 def _clear_away(folder: Path) -> None:
-    """Remove a scratch folder, at the second try if need be: what is left over must not end a run that is done."""
+    """Remove a scratch folder, at the second try if need be: the remainder must not end a run that is done."""
     for _ in range(2):
         with suppress(OSError):
             remove_tree(folder)
@@ -141,7 +141,7 @@ def _clear_away(folder: Path) -> None:
 def private_folder() -> Path | None:
     """Return a folder among temporary files that nobody but this user can write to; None if there is none.
 
-    It stays: what is kept there may hold code.
+    It stays: the kept part there may hold code.
     """
     if not hasattr(os, "getuid"):  # on Windows temporary files are the user's own
         return temporary_place() / "bsm-mesh"
@@ -323,5 +323,5 @@ def _is_abandoned(name: str) -> bool:
 
 
 def _literally(text: str) -> str:
-    """Return a text for `Path.glob` that stands for itself."""
+    """Return a text for `Path.glob` that is complete."""
     return re.sub(r"([*?[])", r"[\1]", text)

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept, and who is told that one is compiled. Numba is not imported here.
+"""Where compiled kernels are kept, and whom a compilation is reported to. Numba is not imported here.
 
 A kernel is a file whose name says what went into it (`bsm_mesh.compiled`), so that it is valid wherever it is found.
 All ways of calling use one folder, in the package itself; a wheel may carry it.
@@ -102,7 +102,7 @@ def is_kept(name: str) -> bool:
 
 @contextmanager
 def listening(listener: Listener) -> Iterator[None]:
-    """Tell a function, before each kernel is compiled, the number of it in this process, as long as the block lasts."""
+    """Call a function, before each kernel is compiled, the number of it in this process, as long as the block lasts."""
     _listeners.append(listener)
     try:
         yield

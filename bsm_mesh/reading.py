@@ -19,7 +19,7 @@ SPECIAL = {
 
 
 def as_path(name: str, value: object) -> Path:
-    """Return what is given as a path; raise `ModelError` for what is none, by its name."""
+    """Return the input as a path; raise `ModelError` for what is none, by its name."""
     if fault := path_fault(name, value):
         raise ModelError(fault)
     assert isinstance(value, str | os.PathLike)
@@ -27,7 +27,7 @@ def as_path(name: str, value: object) -> Path:
 
 
 def path_fault(name: str, value: object) -> str | None:
-    """Return why what is given is no path, or None."""
+    """Return why the input is no path, or None."""
     try:
         if isinstance(value, str | os.PathLike) and isinstance(os.fspath(value), str):
             return None
@@ -48,7 +48,7 @@ def as_given_text(cell: str) -> str:
 
 
 def refuse_special(path: str | os.PathLike[str]) -> None:
-    """Raise `ModelError` for what is there but no regular file; what is not there is told when it is opened."""
+    """Raise `ModelError` for what is there but no regular file; what is not there is reported when it is opened."""
     if fault := special_fault(path):
         raise ModelError(fault)
 

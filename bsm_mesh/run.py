@@ -1,4 +1,4 @@
-"""Run a model: from what is given to what came out."""
+"""Run a model: from the input to the result."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ def run(
     Parameters
     ----------
     model : Model or path
-        What is given; or a model file (TOML): it is read, solved as its ``[solver]`` says, and its results are written
-        to the folder of its ``[output]``. What was mended in its mesh is warned of (`MeshWarning`).
+        The input; or a model file (TOML): it is read, solved as its ``[solver]`` says, and its results are written
+        to the folder of its ``[output]``. Repairs of its mesh are warnings (`MeshWarning`).
     options : Options, optional
         How to solve it, instead of the model's own options, or a file's ``[solver]``.
     observer : callable, optional
         Gets the `StepRecord` of every accepted step.
     report : callable, optional
-        Told what is being done, a few words each.
+        Called with a short text on progress.
     snapshot : callable, optional
-        Gets the `StepRecord` of every accepted step and a function that returns the results as they stand there: one
+        Gets the `StepRecord` of every accepted step and a function that returns the results as they be there: one
         stage, not yet in equilibrium. To be called at once, if at all: it costs something and is good until the next
         step only.
     finished : callable, optional
@@ -54,15 +54,15 @@ def run(
         With a model file: whether it may run a geometry script and name any path. If not, no code of its own is run,
         and nothing outside its folder is read or written.
     resume : bool
-        With a model file: go on where an interrupted run of it was, and end as if it had not been interrupted; where
+        With a model file: continue where an interrupted run of it was, and end as if it had not been interrupted; where
         there was none it begins at the start.
 
     Raises
     ------
     ModelError
         With everything that forbids to analyse the model: no load, no support, overlapping blocks, rigid rocks without
-        a joint, stiffness that numbers cannot hold; parts free to move in the linear scheme. With `resume` where what
-        was interrupted is damaged, of another model or version, or the model's finished results are there already.
+        a joint, stiffness that numbers cannot hold; parts free to move in the linear scheme. With `resume` where an
+        interrupted run is damaged, of another model or version, or the model's finished results are there already.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def run(
     if not isinstance(model, Model):
         raise ModelError(f"run: {type(model).__name__} is neither a bsm.Model nor the path of a model file")
     if output is not None:
-        raise ModelError("run: output goes with a model file; write the results of a model by results.save(folder)")
+        raise ModelError("run: output belongs to a model file; write the results of a model by results.save(folder)")
     if resume:
-        raise ModelError("run: resume goes with a model file: a run of a model leaves nothing to go on with")
+        raise ModelError("run: resume belongs to a model file: a run of a model leaves nothing to continue with")
     return solve(model, options or model.options or Options(), observer, report, snapshot, finished)

@@ -1,4 +1,4 @@
-"""Solve a model: from what is given to what came out, by one route or several."""
+"""Solve a model: from the input to the result, by one route or several."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     results : Results
         What `run` returned.
     report : callable
-        Told what is being done, a few words each.
+        Called with a short text on progress.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def solve(
         return results((stage,)).check().faults
 
     def prove(part: Model, down: IntArray) -> Proof:
-        from bsm_mesh.solve.limit.proof import prove as proof_of  # of what comes down only
+        from bsm_mesh.solve.limit.proof import prove as proof_of  # of every unstable block only
 
         if not proves:
             return Proof(text="no proof was asked for")

@@ -1,6 +1,6 @@
 """Rows of tables (CSV) of any country: traces, scan lines, bolts, measured values, results of other programs.
 
-Commas, semicolons or tabs part the columns, whose names stand in the first row, in any case, with or without a unit.
+Commas, semicolons or tabs part the columns, whose names are in the first row, in any case, with or without a unit.
 A comma is a decimal point where other signs part the columns, and in cells in quotation marks. Lines that begin with
 ``#`` are comments, unless rows of numbers follow without a header: then the last of them is the header.
 """
@@ -28,14 +28,14 @@ THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\s.*)?")  # or a number with
 
 
 class Rows(NamedTuple):
-    """A table as it stands in a file.
+    """A table as it is in a file.
 
     Attributes
     ----------
     path : Path
         The file.
     header : list of str
-        Names of the columns as they stand there.
+        Names of the columns as they be there.
     lines : list of int
         Of each row its number in the file.
     cells : list of list of str
@@ -138,7 +138,7 @@ def read_rows(path: Path, holds: str) -> Rows:
             if any(map(str.strip, row))
         ]
     except csv.Error as fault:
-        raise ModelError(f"{path}, line {reader.line_num}: is no table: {fault}; mend the line") from fault
+        raise ModelError(f"{path}, line {reader.line_num}: is no table: {fault}; correct the line") from fault
     if len(table) < 2:
         raise ModelError(f"{path}: has no rows; it needs a header and rows below it ({holds})")
     header = _without_empty_end(table[0][1], 1)

@@ -1,4 +1,4 @@
-"""From meshes to blocks and joints, from results to VTU, and the continuum solution beside it.
+"""From meshes to blocks and joints, from results to VTU, and the continuum solution for comparison.
 
 The names below are loaded when they are first used, so that ``from bsm_mesh import converters`` is quick.
 """

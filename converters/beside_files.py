@@ -1,4 +1,4 @@
-"""Tables of values to be set beside histories (CSV): a row a place and stage, a column a quantity with its unit."""
+"""Tables of values to be compared with histories (CSV): a row a place and stage, a column a quantity with its unit."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def read_beside(path: Path, history: str | None = None, source: str | None = Non
     Raises
     ------
     ModelError
-        With what is wrong, where, and the cure.
+        With the fault, where, and the cure.
     """
     refuse_unreadable(path, "table")
     rows = read_rows(path, HOLDS)
@@ -82,7 +82,7 @@ def _column(path: Path, number: int, name: str, title: str) -> Column:
         known = (*TEXTS, "distance", *UNITS)
         raise ModelError(
             f"{path}: column '{title}' is none of {', '.join(known)}{nearest(quantity, known)}; "
-            "what is not to be read stands in a column called note"
+            "what is not to be read is in a column called note"
         )
     unit = "m" if name == "distance" else UNITS[quantity]
     factors = {"m": LENGTHS, "N": FORCES, "deg": ANGLES, "": SHARES}[unit]

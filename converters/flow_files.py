@@ -18,7 +18,7 @@ BOUNDARY = "boundary under water"  # the joint -1
 def flow_grid(results: Results, stage: StageResult) -> Grid:
     """Return the joints in which water flows, as the blocks were given, with points of their own.
 
-    Points bear head, pressure and what leaves there; cells aperture, discharge, mean velocity.
+    Points have head, pressure and what leaves there; cells aperture, discharge, mean velocity.
     """
     flow = stage.flow
     assert flow is not None

@@ -176,7 +176,7 @@ def _limit(size: int) -> None:
 
 
 def _main() -> None:
-    """Read what comes down stdin, file by file, until it is closed."""
+    """Read every unstable block stdin, file by file, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the process that asked ends this one
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no part of it

@@ -68,7 +68,7 @@ def linked(path: Path) -> bool:
 
 
 def copy(path: Path, source: Path) -> None:
-    """Copy a file of the checkout to where it stands there."""
+    """Copy a file of the checkout to where it is there."""
     target = source / path.relative_to(ROOT)
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(path, target)

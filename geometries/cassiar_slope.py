@@ -1,7 +1,7 @@
 """The hanging wall slope of the Cassiar open pit: the case history of Wang (section 8.3).
 
 The text gives the height, the two rocks, the dyke, two faults, contact and five joints by name, and that a wedge above
-the fault and to the right of the dyke moves; where they lie stands in Figs. 8.15 and 8.16 only. What is here is a
+the fault and to the right of the dyke moves; where they lie is in Figs. 8.15 and 8.16 only. What is here is a
 reconstruction. The toe of the slope is the origin; the slope rises to the left.
 
 The dyke is the back of the wedge, the North Fault its steep base, Fault A1 its flat one, which daylights in the face.
@@ -241,7 +241,7 @@ class _Section:
 
         wedge = [self.daylight, self.crest, (self.outcrop, self.height), self.back, self.bend]
         layer = (self.height - self.given["fault_level"]) / (len(WEDGE_JOINTS) + 1)
-        rise = -self.outcrop * np.array([-1.0, _tan(self.given["joint_dip"])])  # farther than the dyke
+        rise = -self.outcrop * np.array([-1.0, _tan(self.given["joint_dip"])])  # more than the dyke
         found = []
         for number, name in enumerate(WEDGE_JOINTS, start=1):
             start = np.array(self.face(self.height - number * layer))

@@ -1,7 +1,7 @@
 """A circular tunnel in unjointed rock: Example 1 of Wang (section 3.4), and a hole in a plate (Kirsch).
 
 The centre of the tunnel is the origin, the ground surface lies at ``y = depth``. The distances to the
-other boundaries stand in Wang's Fig. 3.17 only; those here are a reconstruction.
+other boundaries are in Wang's Fig. 3.17 only; those here are a reconstruction.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A concrete dam keyed into jointed rock under water: Example 5 of Wang (section 6.4).
 
-Block 0 is the dam, which stands in the uppermost bed, on the bedding joint below it; the blocks of the rock follow in
+Block 0 is the dam, which is in the uppermost bed, on the bedding joint below it; the blocks of the rock follow in
 beds from below, each from upstream (left) to downstream. The heel of the dam is at x = 0, the rock's surface y = 0. All
-sizes stand in Fig. 6.8 only; those here are a reconstruction.
+sizes are in Fig. 6.8 only; those here are a reconstruction.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def build(
     height : float
         Height of the dam above the rock [m]; its upstream face is vertical.
     base : float
-        Width of the dam at the rock's surface [m]; its faces go on as deep as the uppermost bed.
+        Width of the dam at the rock's surface [m]; its faces continue as deep as the uppermost bed.
     crest : float
         Width of the dam above [m].
     upstream : int
@@ -53,7 +53,7 @@ def build(
     under : int
         Blocks in a bed under the dam: their length is ``base / under``.
     beds : int
-        Number of beds, with the one that the dam stands in.
+        Number of beds, with the one that the dam is in.
     thickness : float
         Thickness of a bed [m].
     dip : float

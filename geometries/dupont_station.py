@@ -1,7 +1,7 @@
 """Dupont Circle Station, first stage of excavation: the case history of Wang section 8.2, a reconstruction.
 
 The middle of the crown is the origin, the top of rock y = 9 m. Sizes of the opening and the ranges of joint and
-shear-zone spacings are the text's; where the joints lie stands in Figs. 8.2 and 8.3 only, and is assumed here: regular,
+shear-zone spacings are the text's; where the joints lie is in Figs. 8.2 and 8.3 only, and is assumed here: regular,
 or drawn from the text's ranges by a seed.
 """
 

@@ -50,7 +50,7 @@ def read_fractures(
     origin : (float, float, float)
         East, north and elevation of the section's origin [m].
     extends : bool
-        Whether dead ends go on to the next joint.
+        Whether dead ends continue to the next joint.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def read_fractures(
         warnings.warn(one_line(f"{file}: left out: {told}"), MeshWarning, stacklevel=2)
     points = np.array(found.points).reshape(-1, 3) * found.unit
     if not np.all(np.abs(points) < FARTHEST):
-        raise GeometryError(f"{file}: has coordinates that are no numbers below {FARTHEST:g} m; mend it")
+        raise GeometryError(f"{file}: has coordinates that are no numbers below {FARTHEST:g} m; correct it")
     traces, owner = _cut(points, np.array(found.sizes, dtype=np.int64), section_azimuth, origin)
     if not len(traces):
         raise GeometryError(
@@ -121,7 +121,7 @@ def _cut(
 
 
 def _parsed(file: Path) -> _File:
-    """Return what the file says; what cannot be read is told with its line."""
+    """Return what the file says; what cannot be read is reported with its line."""
     found, lines = _File(), iter(enumerate(read_text(file).splitlines(), start=1))
     section, line = "", 0
     try:

@@ -37,7 +37,7 @@ class Joints(Protocol):
 
     @property
     def extends(self) -> bool:
-        """Whether dead ends go on to the next joint."""
+        """Whether dead ends continue to the next joint."""
 
     def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
         """Return the traces in the box from `low` to `high`, (n, 2, 2) [m]."""
@@ -74,7 +74,7 @@ class JointSet:
         Length of the intact bridges [m]; needed where `persistence` is below 1. Of a distribution bridges and the
         joints between them are random, the joints' mean length that which the persistence asks for.
     ends : str
-        What becomes of the ends at a bridge: ``crossing`` (they end in the rock), ``t_ended`` (they go on to the
+        What becomes of the ends at a bridge: ``crossing`` (they end in the rock), ``t_ended`` (they continue to the
         next joint) or ``en_echelon`` (they end in the rock, and every other line is shifted by half a period).
     within : (k, 2) array_like, optional
         Polygon that the set keeps to [m].
@@ -129,12 +129,12 @@ class JointSet:
         if (self.spacing is None) == (self.density is None):
             checks.add("give one of spacing [m] and density [m/m^2]")
         if self.length is not None and (self.density is None or self.bridge is not None or self.start is not None):
-            checks.add("length goes with density, and with neither bridge nor start")
+            checks.add("length belongs to density, and with neither bridge nor start")
         on = self.abuts if isinstance(self.abuts, list | tuple) else (None,)
         if not all(isinstance(name, str) and name != self.name for name in on):
             checks.add(f"abuts = {self.abuts!r} must be names of other sets, such as ['J1']")
         elif on and self.length is None:
-            checks.add("abuts goes with a length")
+            checks.add("abuts belongs to a length")
         checks.positive_or_none("m/m^2", density=self.density)
         for name, value in (("spacing", self.spacing), ("length", self.length)):
             if value is not None and not callable(getattr(value, "draw", None)):  # a law of the user's own draws
@@ -142,7 +142,7 @@ class JointSet:
 
     @property
     def extends(self) -> bool:
-        """Whether dead ends go on to the next joint."""
+        """Whether dead ends continue to the next joint."""
         return self.ends == "t_ended"
 
     def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
@@ -262,7 +262,7 @@ class Fault:
     lines : sequence of (k, 2) array_like
         Polylines [m].
     extends : bool
-        Whether dead ends go on to the next joint.
+        Whether dead ends continue to the next joint.
 
     Examples
     --------

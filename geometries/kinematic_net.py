@@ -25,7 +25,7 @@ STEP = 1.0  # degrees between the points that shade a zone
 def draw_kinematics(path: str | os.PathLike[str], found: Kinematics, *, title: str = "") -> Path:
     """Draw four equal-area nets, planar and wedge sliding, flexural and direct toppling, as PNG; return the path.
 
-    Poles of planes stand in the nets of planar sliding and flexural toppling, lines of intersection in the others.
+    Poles of planes are in the nets of planar sliding and flexural toppling, lines of intersection in the others.
     The shaded zone holds what permits the movement; poles and lines in it are marked.
 
     Parameters

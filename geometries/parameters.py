@@ -62,7 +62,7 @@ class Checks:
         return not bad
 
     def positive_or_none(self, unit: str = "m", /, **values: object) -> bool:
-        """Return whether all `values` are positive or None: where not given another value stands for them."""
+        """Return whether all `values` are positive or None: where not given another value represents them."""
         return self.positive(unit, **{name: value for name, value in values.items() if value is not None})
 
     def count(self, least: int = 1, /, **values: object) -> bool:

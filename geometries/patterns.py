@@ -43,7 +43,7 @@ class Heads:
 
     @property
     def extends(self) -> bool:
-        """Whether dead ends go on to the next joint."""
+        """Whether dead ends continue to the next joint."""
         return False
 
     def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
@@ -128,7 +128,7 @@ class Voronoi:
 
     @property
     def extends(self) -> bool:
-        """Whether dead ends go on to the next joint."""
+        """Whether dead ends continue to the next joint."""
         return False
 
     def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:

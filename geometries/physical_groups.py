@@ -1,6 +1,6 @@
 """The grammar of physical-group names, ``kind:name``: the contract between geometries and converters.
 
-Surfaces bear ``rock:gneiss`` and ``excavation:1`` (a surface may bear both); curves bear
+Surfaces have ``rock:gneiss`` and ``excavation:1`` (a surface may have both); curves have
 ``joint:J1``, ``boundary:bottom`` and ``bolt:B1``. Pure Python: neither Gmsh nor NumPy is needed.
 """
 
@@ -11,7 +11,7 @@ from enum import StrEnum
 
 
 class GroupKind(StrEnum):
-    """What a physical group stands for."""
+    """What a physical group represents."""
 
     ROCK = "rock"
     EXCAVATION = "excavation"
@@ -32,7 +32,7 @@ class GroupName:
     Attributes
     ----------
     kind : GroupKind
-        What the group stands for.
+        What the group represents.
     name : str
         Which one, for example ``gneiss``.
     """

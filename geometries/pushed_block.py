@@ -1,7 +1,7 @@
 """A block pushed along another towards a third: Example 2 of Wang (section 4.6, Figs. 4.16-4.19).
 
 Block 0 is the base, block 1 the one to push, block 2 the wall in its way. Of the sizes only the 0.5 m
-between blocks 1 and 2 stand in the text; the others are a reconstruction.
+between blocks 1 and 2 are in the text; the others are a reconstruction.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def build(
     """Write the mesh of a block that is pushed towards another, and return its path.
 
     Surface ``rock:rock``; curves ``joint:joint`` on every side and ``boundary:base`` under block 0. The
-    pushed block stands on the x axis, its left side at x = 0.
+    pushed block is on the x axis, its left side at x = 0.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def build(
     gap : float
         From the pushed block to the wall [m].
     separation : float, optional
-        From the end of the base to the wall [m]; the wall stands on the base where not given.
+        From the end of the base to the wall [m]; the wall is on the base where not given.
     behind : float
         Length of the base behind the pushed block [m].
     rock : str

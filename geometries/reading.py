@@ -15,7 +15,7 @@ from bsm_mesh.reading import path_fault, special_fault
 
 @contextmanager
 def faults_of_geometry() -> Iterator[None]:
-    """Raise what is wrong with a file as a `GeometryError`."""
+    """Raise the faults with a file as a `GeometryError`."""
     try:
         yield
     except ModelError as error:
@@ -23,7 +23,7 @@ def faults_of_geometry() -> Iterator[None]:
 
 
 def as_path(name: str, value: object) -> Path:
-    """Return what is given as a path; raise `GeometryError` for what is none, by its name."""
+    """Return the input as a path; raise `GeometryError` for what is none, by its name."""
     if fault := path_fault(name, value):
         raise GeometryError(fault)
     assert isinstance(value, str | os.PathLike)

@@ -109,10 +109,10 @@ class RockMass:
     tolerance : float, optional
         What is nearer than this is taken as touching [m]; a millionth of the model's diagonal where not given.
     boundaries : mapping of str to (k, 2) array_like
-        Lines along the outline [m]: the outer edges on them bear that name instead of ``left``, ``top``, ...
+        Lines along the outline [m]: the outer edges on them have that name instead of ``left``, ``top``, ...
     dead_ends : str
         What becomes of joints that end in the rock: ``keep`` (they stay in the mesh, and bound no block), ``extend``
-        (they go on to the next joint) or ``cut`` (they are left out). All are reported.
+        (they continue to the next joint) or ``cut`` (they are left out). All are reported.
 
     Examples
     --------
@@ -191,7 +191,7 @@ class RockMass:
 
 
 def outline_fault(outline: Points) -> str | None:
-    """Return what is wrong with an outline, or None."""
+    """Return the faults of an outline, or None."""
     import shapely
 
     try:

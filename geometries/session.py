@@ -146,7 +146,7 @@ def name_groups(groups: Mapping[str, Sequence[int]]) -> None:
     Parameters
     ----------
     groups : mapping of str to sequence of int
-        Tags of curves or surfaces under a name ``kind:name``; the kind tells which of the two.
+        Tags of curves or surfaces under a name ``kind:name``; the kind says which of the two.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
 
 
 def _group_faults(gmsh: Any) -> list[str]:
-    """Return what is wrong with the groups of the current model: without elements, or surfaces in none."""
+    """Return the faults of the groups of the current model: without elements, or surfaces in none."""
     meshed = {tag for _, tag in gmsh.model.getEntities(2) if len(gmsh.model.mesh.getElements(2, tag)[0])}
     if not meshed:
         return ["there are no elements to write; call gmsh.model.mesh.generate(2) first"]

@@ -52,7 +52,7 @@ class Parameter:
         return _type_in_words(self.annotation)
 
     def parse(self, text: str) -> object:
-        """Return the value that `text` stands for, of the parameter's type.
+        """Return the value that `text` represents, of the parameter's type.
 
         Raises
         ------

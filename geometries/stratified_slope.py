@@ -2,7 +2,7 @@
 
 Block 0 is the rock under the layers, those after it are the toe, one a layer from the lowest up; then come
 the blocks of the layers, from the lowest layer up, each from the crest down. With a floor, block 1 is that and the
-layers follow; or all rock is of layers, down to the bottom and under the floor. The sizes stand in Figs. 4.20
+layers follow; or all rock is of layers, down to the bottom and under the floor. The sizes are in Figs. 4.20
 to 4.22 only; those here are a reconstruction.
 """
 
@@ -57,7 +57,7 @@ def build(
     gap : float
         From the lowest layer to the toe [m].
     step : float
-        By how much farther the toe lies for each further layer [m].
+        By how much further the toe lies for each further layer [m].
     floor : float
         Length of a level floor in the toe's stead [m], `gap` below the lowest layer along the face; 0: none. It takes
         a dip below 90 degrees.

@@ -70,7 +70,7 @@ class TraceLines:
         line = np.zeros((len(points), 3))
         line[:, : points.shape[1]] = points
         line[~np.isfinite(line[:, 2]), 2] = 0.0  # a height that is not known
-        with np.errstate(over="ignore"):  # too far away is told of the whole file
+        with np.errstate(over="ignore"):  # too far away is reported of the whole file
             self.sets.setdefault(name, []).append(line * unit)
 
     def add_feature(

@@ -47,9 +47,9 @@ def read_traces(
         The file's unit of length [m]; by default the one that the file names (units in the header of a CSV,
         ``$INSUNITS`` of a DXF, the CRS), else 1 m.
     extends : bool
-        Whether dead ends go on to the next joint.
+        Whether dead ends continue to the next joint.
     tolerance : float, optional
-        Greatest distance of a chord from the curve that it stands for [m]; by default a thousandth of the drawing.
+        Greatest distance of a chord from the curve that it represents [m]; by default a thousandth of the drawing.
 
     Warns
     -----
@@ -105,7 +105,7 @@ def _refuse_wild(file: Path, found: Mapping[str, Sequence[FloatArray]]) -> None:
             elif not np.all(np.abs(line) < FARTHEST):  # also what is not a number
                 faults.append(
                     f"{file}: line {number} of the set '{name}' has coordinates that are no numbers "
-                    f"below {FARTHEST:g} m; mend it"
+                    f"below {FARTHEST:g} m; correct it"
                 )
     _raise_faults(faults)
 

@@ -1,7 +1,7 @@
 """The numeric settings of the solver, each with what it is: ``python -m tests.settings`` prints and counts them.
 
 A setting is a number that somebody chose: a field of a ``...Settings`` dataclass, a constant of a module, or a number
-that a constant made of such a class is given. What only names a format or stands for infinity is none, nor are the
+that a constant made of such a class is given. What only names a format or represents infinity is none, nor are the
 options of a run, which users choose.
 """
 

@@ -83,7 +83,7 @@ def main() -> int:
     """Run the tests, then report."""
     parser = argparse.ArgumentParser(prog="python -m tools.coverage", description=__doc__)
     parser.add_argument("-n", "--workers", type=int, default=2)
-    parser.add_argument("--report", action="store_true", help="only print what was measured before")
+    parser.add_argument("--report", action="store_true", help="only print the measurement before")
     parser.add_argument("tests", nargs="*", help="files or folders; by default all")
     given = parser.parse_args()
     failed = 0

@@ -1,7 +1,7 @@
 """Mutation score of a room of the engine by Cosmic Ray: ``python -m tools.mutation solve/motion --minutes 30``.
 
 Cosmic Ray changes one operator, comparison or number at a time in a clone of the last commit, in random order, and runs
-the tests of the room (docs/mutation.md). The session is kept in ``out/mutation``: the same command goes on with it.
+the tests of the room (docs/mutation.md). The session is kept in ``out/mutation``: the same command continues with it.
 
 mutmut leaves decorated functions out, and its switch at run time does not reach compiled code. A mutant in the place of
 a file compiles all kernels that contain it, since kernels are known by their content.

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-ROUNDING = 1e-8  # smaller errors differ from machine to machine and are told as smaller than this
+ROUNDING = 1e-8  # smaller errors differ from machine to machine and are reported as smaller than this
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Case:
     Attributes
     ----------
     name : str
-        Short, in lower case: the test bears it.
+        Short, in lower case: the test carries it.
     what : str
         What is checked, in words.
     source : str
@@ -85,7 +85,7 @@ class Case:
 
 
 def error_of(exact: Value, found: Value | Between) -> float:
-    """Return the greatest difference over the greatest exact number; of `Between` that of its farther side.
+    """Return the greatest difference over the greatest exact number; of `Between` that of its further side.
 
     Words are right or not: 0 or infinite. Where all exact numbers are 0 the difference itself is returned.
     """

@@ -1,4 +1,4 @@
-"""Elastic rock: what blocks on springs stand for, against closed forms and finite elements."""
+"""Elastic rock: what blocks on springs represent, against closed forms and finite elements."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def mean_strain(polygons: list[Array], side: float, rock: bsm.Rock, stress: Arra
     blocks = framed(bsm.Blocks.from_polygons(polygons, rock="rock"), side, side)
     x = blocks.moments.centroid
     inner = np.abs(x / side - 0.5).max(axis=1) < 0.4  # away from the sides, whose half blocks do not strain
-    held = bsm.Fixed(blocks=[int(np.argmin(np.hypot(*(x - side / 2).T)))])  # the loads balance: it bears nothing
+    held = bsm.Fixed(blocks=[int(np.argmin(np.hypot(*(x - side / 2).T)))])  # the loads balance: it carries nothing
     model = bsm.Model(blocks=blocks, rocks=[rock], supports=[held], loads=stress_on_sides(stress))
     moved = bsm.run(model, LINEAR).stages[-1].displacement[inner, :2]
     gradient = np.linalg.lstsq(np.column_stack([np.ones(inner.sum()), x[inner]]), moved, rcond=None)[0][1:]

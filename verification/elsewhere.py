@@ -37,7 +37,7 @@ def _cells(line: str) -> list[str]:
 
 
 def against_elements() -> tuple[str, str]:
-    """Return what blocks were set beside, and how far displacements and joint forces lie apart."""
+    """Return what blocks were compared with, and how far displacements and joint forces lie apart."""
     rows = table_with("continuum.md", "class")
     sentences = [cell for row in rows for cell in row.values() if "Blocks and finite elements" in cell]
     apart: dict[str, list[float]] = {"displacement": [], "joint forces": []}
@@ -61,7 +61,7 @@ def _percent(value: float) -> str:
 
 
 def against_program(program: str, *, gives_verdicts: bool) -> tuple[str, str]:
-    """Return what a program was set beside, and how far forces lie apart where the blocks stand."""
+    """Return what a program was compared with, and how far forces lie apart where the blocks are stable."""
     rows = table_with("other_programs.md", "model", "program", "verdict or movement")
     ours = {row["model"]: row["verdict or movement"] for row in rows if row["program"] == "bsm-mesh"}
     theirs = {row["model"]: row for row in rows if row["program"] == program}
@@ -88,8 +88,8 @@ def against_known_answers() -> tuple[str, str]:
 
 
 def table() -> str:
-    """Return the table of what was measured elsewhere."""
-    others = "[other programs](other_programs.md#beside-each-other)"
+    """Return the table of the measurement elsewhere."""
+    others = "[other programs](other_programs.md#comparison)"
     lines = (
         ("finite elements with the same joints", *against_elements(), "[continuum](continuum.md#every-example)"),
         ("LMGC90", *against_program("lmgc90", gives_verdicts=True), others),

@@ -77,7 +77,7 @@ def slopes_by_highs() -> tuple[Value, Value | Between]:
 
 
 def rest_by_highs() -> Answer:
-    """Compare whether forces within friction hold the block of Example 2 where it came to rest, and where it began."""
+    """Compare whether forces within friction hold the block of Example 2 where it reached rest, and where it began."""
     model = example_2(1e9)
     at_rest = admissible_at(bsm.run(model), FRICTION)
     begins = bsm.limit_analysis(model).admissible

@@ -39,14 +39,14 @@ def two_springs() -> Answer:
     W, a = GAMMA * B * 10.0, math.radians(40)
     N, S = W * math.cos(a), W * math.sin(a)
     exact = [1408.83e3, 123.26e3, 15.3209e-3 * 1e8, 12.8558e-3 * 1e8]
-    assert math.isclose(N / 2 + S / 2, exact[0], rel_tol=1e-5)  # what is printed is N / 2 + S h / (2 b)
+    assert math.isclose(N / 2 + S / 2, exact[0], rel_tol=1e-5)  # the printed text is N / 2 + S h / (2 b)
     pressed = np.sort(-contacts.normal_force)
     moved = -contacts.opening.mean() * 1e8, abs(contacts.slip.mean()) * 1e8  # 1e8: as large as the forces
     return np.array(exact), np.array([pressed[1], pressed[0], *moved])
 
 
 def how_it_fails(height: float, friction: float, plane: float) -> str:
-    """Return what the block does, from a run that ends when it has moved half its width."""
+    """Return what the block does, from a run that ends when it moved half its width."""
     stage = bsm.run(_on_plane(height, friction, plane), bsm.Options(displacement_limit=5.0)).stages[-1]
     if stage.status == "stable":
         return "stands"

@@ -288,7 +288,7 @@ CASES = (
          compute=weights, tolerance=EXACT, equations=("3.36", "3.37")),
     Case(name="loads-at-points", what="point loads about the centroid", source="wang",
          quantity="force [N/m], moment [N]", compute=loads_at_points, tolerance=EXACT, equations=("3.38",)),
-    Case(name="balance", what="what is left over of all forces on each brick of a leaning wall", source="statics",
+    Case(name="balance", what="the remainder of all forces on each brick of a leaning wall", source="statics",
          quantity="force over weight", compute=balance, tolerance=1e-11, equations=("3.39",)),
     Case(name="average-stress", what="mean of a linear stress field over three polygons", source="shapely",
          quantity="stress [Pa]", compute=average_stress, tolerance=EXACT,

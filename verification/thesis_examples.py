@@ -55,7 +55,7 @@ def layers_at_the_toe() -> Answer:
 
 
 def bolted_opening() -> Answer:
-    """Compare Example 4: what comes down without bolts, with the roof bolt, with two, with three."""
+    """Compare Example 4: every unstable block without bolts, with the roof bolt, with two, with three."""
     words = {(15,): "roof", (10,): "wall", (): "none"}
     names = ("unbolted", "roof_bolt", "two_bolts", "model")
     down = [tuple(runs.run(f"{OPENING}/{name}").unstable_blocks.tolist()) for name in names]
@@ -81,7 +81,7 @@ def dam_foundation() -> Answer:
 CASES = (
     Case(name="example-1", what="Example 1: triangles, the thesis's stiffness, sigma_v on section I-I beside finite "
          "elements", source="skfem", quantity="L2 error", compute=tunnel, tolerance=0.06, page=PAGES[1], is_slow=True),
-    Case(name="example-2", what="Example 2: block 2 comes to rest against block 3", source="wang",
+    Case(name="example-2", what="Example 2: block 2 reaches rest against block 3", source="wang",
          quantity="displacement [m]", compute=pushed_block, tolerance=2e-4, page=PAGES[2]),
     Case(name="example-2-apart", what="Example 2, block 3 away from block 1", source="wang", quantity="unstable",
          compute=block_3_away, tolerance=0.0, page=PAGES[2]),
@@ -89,7 +89,7 @@ CASES = (
          quantity="dip at which layers slide [degrees]", compute=stratified_slope, tolerance=0.021, page=PAGES[3]),
     Case(name="example-3-toe", what="Example 3: the layers slide to the toe and stop", source="wang",
          quantity="displacement [m]", compute=layers_at_the_toe, tolerance=1e-4, page=PAGES[3]),
-    Case(name="example-4", what="Example 4: an opening bolted wedge by wedge", source="wang", quantity="comes down",
+    Case(name="example-4", what="Example 4: an opening bolted wedge by wedge", source="wang", quantity="falls",
          compute=bolted_opening, tolerance=0.0, page=PAGES[4]),
     Case(name="example-4-bolt", what="Example 4: the roof bolt takes the weight of its wedge", source="wang",
          quantity="tension [kN]", compute=roof_bolt, tolerance=1e-5, page=PAGES[4]),

@@ -1,4 +1,4 @@
-"""The matrices of the thesis written out as they stand there, dense and slow, to compare the program's with."""
+"""The matrices of the thesis written out as they be there, dense and slow, to compare the program's with."""
 
 from __future__ import annotations
 

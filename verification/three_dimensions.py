@@ -76,7 +76,7 @@ def column(height: float) -> tuple[bsm.Polyhedra, LimitAnalysis3D]:
 
 
 def torsion() -> Answer:
-    """Compare torque on a cube over friction times weight times side: its corners bear it."""
+    """Compare torque on a cube over friction times weight times side: its corners carry it."""
     blocks, analysis = column(1.0)
     twist = np.zeros((2, 6))
     twist[:, 5] = 1

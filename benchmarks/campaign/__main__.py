@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(given.do(given))
     except KeyboardInterrupt:
-        print("stopped; the same command goes on where it was", file=sys.stderr)
+        print("stopped; the same command continues where it was", file=sys.stderr)
         return 130
     except (ValueError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -44,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
     """Return the command line."""
     made = argparse.ArgumentParser(prog="python -m benchmarks.campaign", description=__doc__.partition("(")[0])
     kinds = made.add_subparsers(dest="command", required=True)
-    run = kinds.add_parser("run", help="run models, or go on where a campaign was stopped; print the tables")
+    run = kinds.add_parser("run", help="run models, or continue where a campaign was stopped; print the tables")
     run.set_defaults(do=run_campaign)
     run.add_argument("--file", type=Path, default=Path("benchmark-results/campaign.jsonl"), help="default %(default)s")
     run.add_argument(
@@ -99,7 +99,7 @@ def run_campaign(given: argparse.Namespace) -> int:
         tasks = [tasks[k] for k in np.sort(order)]
     limit = given.time_limit or sizes.LIMITS.get(given.size, LIMIT)
     ablation = Ablation(without=tuple(given.without), settings=tuple(given.set))
-    ablation.apply()  # here too: a slip of the pen is told at once
+    ablation.apply()  # here too: a slip of the pen is reported at once
     log = runner.Log(given.file, store.head_of(limit) | {"ablation": str(ablation)})
     left = [task for task in tasks if task not in log.done]
     print(f"{len(tasks)} models, {len(tasks) - len(left)} of them done; records in {given.file}", file=sys.stderr)
@@ -179,7 +179,7 @@ def compared(former: Path, records: dict[store.Key, Record], limit: float) -> li
     head, before = store.read([former])
     pairs, others = comparison.pairs_of(before, records)
     title = f"Against {head['commit']} ({len(pairs)} models in both"
-    title += f"; {others} bear the same name but are others now)" if others else ")"
+    title += f"; {others} have the same name but are others now)" if others else ")"
     if not pairs:
         return [(title, [[]])]
     return [

@@ -30,14 +30,14 @@ class Pair:
 
 
 def pairs_of(before: dict[Key, Record], now: dict[Key, Record]) -> tuple[list[Pair], int]:
-    """Return the models that are in both, and how many bear the same name but are others now."""
+    """Return the models that are in both, and how many have the same name but are others now."""
     both = [Pair(key=key, before=before[key], now=record) for key, record in now.items() if key in before]
     same = [pair for pair in both if pair.before.get("digest", "") == pair.now.get("digest", "") or _no_digest(pair)]
     return same, len(both) - len(same)
 
 
 def _no_digest(pair: Pair) -> bool:
-    """Return whether a run gave no results, so that nothing tells whether the model is the same."""
+    """Return whether a run gave no results, so that nothing says whether the model is the same."""
     return "digest" not in pair.before or "digest" not in pair.now
 
 

@@ -1,7 +1,8 @@
 """Oracles: what a run contradicts.
 
 Each is one-sided where it has to be. Proofs: `check` (a stable end is not in equilibrium by its own forces), `end` (a
-stable end that no forces can hold, by `statics`), `start` (it stands, nearly unmoved, where limit analysis proves that
+stable end that no forces can hold, by `statics`), `start` (it is stable, nearly unmoved, where limit analysis proves
+that
 it cannot), `closed form`, `sense` (an unstable end in which nothing moved). Strong hints, no proofs: `symmetry` (the
 same model in other words has another verdict), `friction` (stable, but not with more friction) and `route` (tilted in
 stages it has another verdict than at once). `programs` compares the two limit analyses, which must agree.
@@ -30,7 +31,7 @@ MOST_BLOCKS = 1200  # for linear programs
 LACK = 1e-2  # of a block's weight, summed over all blocks, that geometry and springs may leave out of balance
 TOUCHING = 1e-6, 2e-3  # of a block's size: at the start, and at the end beside what joints have closed
 MOST_REACH = 0.05  # of a block's size
-FELL = 0.05  # of its own size: an unstable block has moved more
+FELL = 0.05  # of its own size: an unstable block moved more
 RESTED = 0.3  # of a block's size: what rests by a closed form moves less
 MOVED = 0.05  # of how far blocks move to a rest that is known
 SHARE_OF_TWINS, SHARE_OF_STRONGER = 0.25, 0.12  # of the models
@@ -87,7 +88,7 @@ def _start(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
     if case.trial.expected is not None and case.trial.expected.moved:  # a little movement is enough, and is judged
         stands = False
     if stands and (not facts["admissible"] if lack is None else lack > LACK):
-        yield "start", f"stands after {record['moved']:.1e} of a block where limit analysis says that it must move"
+        yield "start", f"is after {record['moved']:.1e} of a block where limit analysis says that it must move"
     # of cohesion ours takes more than there is
     differ = lack is not None and (lack > LACK if facts["admissible"] else lack < NOTHING and not scene.cohesion)
     if differ:

@@ -1,4 +1,4 @@
-"""Running a model, and the record of what came out: verdict, counts and processor seconds."""
+"""Running a model, and the record of the result: verdict, counts and processor seconds."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def run(scene: Scene, observer: Callable[[StepRecord], None] | None = None) -> t
 
 
 def record_of(scene: Scene, results: Results, seconds: float) -> Record:
-    """Return what is kept of a run."""
+    """Return the kept part of a run."""
     stage = results.stages[-1]
     steps = [step for stage in results.stages for step in stage.steps]
     methods = Counter(step.method for step in steps if getattr(step, "method", None))
@@ -55,7 +55,7 @@ def record_of(scene: Scene, results: Results, seconds: float) -> Record:
 
 
 def moved(results: Results, size: float) -> float:
-    """Return how far a block has moved, or turned over half a block's size, at most, over the size of a block."""
+    """Return how far a block moved, or turned over half a block's size, at most, over the size of a block."""
     greatest = 0.0
     for stage in results.stages:
         u, v, theta = (stage.origin + stage.displacement).T
@@ -64,7 +64,7 @@ def moved(results: Results, size: float) -> float:
 
 
 def fell(results: Results) -> float:
-    """Return how far an unstable block has moved at most, over the square root of its own area."""
+    """Return how far an unstable block moved at most, over the square root of its own area."""
     stage, blocks = results.stages[-1], results.unstable_blocks
     u, v, theta = (stage.origin + stage.displacement)[blocks].T
     own = np.sqrt(results.blocks.moments.area[blocks])
@@ -72,7 +72,7 @@ def fell(results: Results) -> float:
 
 
 def closure(results: Results) -> float:
-    """Return how far the joints that bear have closed at the end, at most [m]."""
+    """Return how far the joints that carry have closed at the end, at most [m]."""
     contacts = results.stages[-1].contacts
     return float(np.maximum(-contacts.opening[contacts.normal_force < 0], 0.0).max(initial=0.0))
 

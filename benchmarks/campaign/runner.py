@@ -140,13 +140,13 @@ def _work(pipe: Connection, limit: float, judged: bool, ablation: Ablation) -> N
         try:
             trial = trial_of(families[family], seed)
             last = _model(lambda record: pipe.send(("ran", record)), trial, limit=limit, judged=judged)
-        except Exception as error:  # a model that cannot be made or run: recorded, the campaign goes on
+        except Exception as error:  # a model that cannot be made or run: recorded, the campaign continues
             last = {"status": ERROR, "reason": _where(error)}
         pipe.send(("done", last))
 
 
 def _model(say: Callable[[Record], None], trial: Any, *, limit: float | None, judged: bool) -> Record:
-    """Run a model, say what came out, and return what oracles add."""
+    """Run a model, say the result, and return what oracles add."""
     from benchmarks.campaign import outcome
     from benchmarks.campaign.oracles import Case, judge
 

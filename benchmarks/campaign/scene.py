@@ -162,7 +162,7 @@ class Scene:
         return tuple(loads)
 
     def at_the_end(self) -> Scene:
-        """Return what is left after the last stage, where it was given: for limit analysis."""
+        """Return the rest after the last stage, where it was given: for limit analysis."""
         if not self.digs:
             return replace(self, k0=None, surface=())
         left = np.setdiff1d(np.arange(self.count), np.concatenate([dig.blocks for dig in self.digs]))

@@ -1,7 +1,7 @@
 """Limit analysis that shares nothing with the program: contacts found from polygons alone, and a linear program.
 
 It asks how much of the loads no contact forces within friction can balance. Every corner that touches an edge from
-outside counts, both ways where two corners meet; only parallel edges that share no length bear nothing. So what it
+outside counts, both ways where two corners meet; only parallel edges that share no length carry nothing. So what it
 calls out of balance cannot be at rest; what it can balance may or may not be.
 """
 
@@ -17,7 +17,7 @@ from scipy.sparse import coo_array, eye_array, hstack
 from benchmarks.campaign.scene import FloatArray, IntArray, polygon_area, polygon_centre
 
 ANGLE = 0.02  # radians by which an edge may lean into another that it lies on
-NO_OVERLAP = 1e-4  # of a block's size: parallel edges that share less bear nothing
+NO_OVERLAP = 1e-4  # of a block's size: parallel edges that share less carry nothing
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class Touching:
     point, normal : (m, 2) float64
         Where, and the outward unit normal of the edge.
     length : (m,) float64 [m]
-        Of the edge: more than what the contact can stand for.
+        Of the edge: more than what the contact can represent.
     """
 
     corner_block: IntArray

@@ -1,4 +1,4 @@
-"""benchmarks.continuum: every example beside finite elements, as a table between the marks of a page."""
+"""benchmarks.continuum: every example compared with finite elements, as a table between the marks of a page."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
 
 
 def test_a_slope_of_which_some_blocks_are_hardly_held():
-    """Full corrections carry them 17 m away; none larger than small displacements allow, they come to rest near by."""
+    """Full corrections carry them 17 m away; none larger than small displacements allow, they reach rest near by."""
     stage = solve_continuum(limits.slope(140)[1], order=1, joints=True)
     assert stage.converged
     assert np.abs(stage.displacement[:, :2]).max() < 0.01

@@ -1,4 +1,4 @@
-"""certificate.json with certificate_0000.npz ...: on what every verdict rests, to be checked without this package."""
+"""certificate.json with certificate_0000.npz ...: the ground of every verdict, to be checked without this package."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def words_of(stage: StageResult) -> dict[str, Any]:
 
 
 def methods_of(stage: StageResult) -> list[dict[str, Any]]:
-    """Return the methods of a stage, in the order in which they came: how many steps each ended, or did in vain."""
+    """Return the methods of a stage, in their order: how many steps each ended, or tried without success."""
     ended = Counter(step.method for step in stage.steps)
     in_vain = Counter(name for step in stage.steps for name in step.tried)
     order = dict.fromkeys(name for step in stage.steps for name in (*step.tried, step.method))
@@ -118,7 +118,7 @@ def methods_of(stage: StageResult) -> list[dict[str, Any]]:
 
 
 def movement_of(stage: StageResult) -> list[dict[str, Any]]:
-    """Return how far every block that comes down has moved [m], and how fast it is [m/s] where that is known."""
+    """Return how far every unstable block moved [m], and how fast it is [m/s] where that is known."""
     evidence = stage.evidence
     speed: FloatArray | None = None
     if evidence is not None and evidence.velocity is not None:
@@ -131,7 +131,7 @@ def movement_of(stage: StageResult) -> list[dict[str, Any]]:
 
 
 def certificate_arrays(results: Results, stage: StageResult) -> dict[str, Any]:
-    """Return the arrays of a stage: where its blocks are, all that acts on them, and what they bear.
+    """Return the arrays of a stage: where its blocks are, all that acts on them, and what they carry.
 
     Where displacements are small forces act where blocks were given.
     """

@@ -1,4 +1,4 @@
-"""The command ``back-analysis``: the value of a number of a model file that gives what was measured."""
+"""The command ``back-analysis``: the value of a number of a model file that gives the measurement."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def analyse_back(
     scripts: bool,
     **asked: Any,
 ) -> int:
-    """Find the value, print it, and return the exit code: 3 where none in the range gives what was measured."""
+    """Find the value, print it, and return the exit code: 3 where none in the range gives the measurement."""
     name = vary[0]
     rows = [Measured(point=(x, y), component=part, movement=m, deviation=d) for x, y, part, m, d in measured]  # type: ignore[arg-type]
     with told as progress, stdout_to_stderr():

@@ -1,4 +1,4 @@
-"""``bsm-mesh check``: the quality of the blocks as a table, as a picture, and mended on request."""
+"""``bsm-mesh check``: the quality of the blocks as a table, as a picture, and corrected on request."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 
-SLIVERS = ("tiny", "thin")  # a large block with a short edge is none: snapping mends it
+SLIVERS = ("tiny", "thin")  # a large block with a short edge is none: snapping corrects it
 COLOURS = {  # the last that fits a block colours it
     "many_edged": "#c7b9e0",
     "elongated": "#f2d16b",
@@ -67,7 +67,7 @@ def check_model(
     scripts: bool = True,
     quiet: bool = False,
 ) -> None:
-    """Validate a model file, print the quality of its blocks, draw and mend them where asked.
+    """Validate a model file, print the quality of its blocks, draw and repair them where asked.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def _repair(loaded: LoadedModel, repair: Repair, limits: Thresholds) -> tuple[st
 
     mended = repair_blocks(loaded.model.blocks, slivers, snap=repair.snap, across_joints=repair.across_joints)
     write_polygons(mended.blocks, repair.file)
-    return mended.changes or ("nothing to mend",)
+    return mended.changes or ("nothing to repair",)
 
 
 def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str) -> None:

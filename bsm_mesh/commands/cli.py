@@ -51,8 +51,8 @@ def cli() -> None:
 def demo(output: Path) -> None:
     """Run the whole chain on a built-in cavern.
 
-    Geometry, mesh, stages, VTU files and pictures, in a folder of their own. Without bolts a wedge comes down from the
-    roof, with them it stands.
+    Geometry, mesh, stages, VTU files and pictures, in a folder of their own. Without bolts a wedge falls from the
+    roof, with them it is stable.
     """
     start_early("a cavern, without bolts and with them", quiet=False)
     from bsm_mesh.commands.demo import run_demo
@@ -177,7 +177,7 @@ def run(
     """Solve MODEL; write VTU, PVD, CSV and JSON.
 
     At the end of every stage, and every two minutes between, the state of the run is on disk. If it is interrupted, or
-    the machine goes down, --resume goes on from there, and ends with the same results to the last digit.
+    the machine goes down, --resume continues from there, and ends with the same results to the last digit.
     """
     start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.commands import run_model
@@ -206,7 +206,7 @@ def run(
 @json_option
 @no_scripts_option
 def export(model: Path, program: str, output: Path | None, as_json: bool, no_scripts: bool) -> None:
-    """Write MODEL for another program, and list what that cannot be told.
+    """Write MODEL for another program, and list the features that it does not support.
 
     Abaqus input (blocks of elements, joints as cohesive elements); Python scripts that run it in compas_dem or LMGC90;
     data files of UDEC and 3DEC (3dgrid).
@@ -300,8 +300,8 @@ def kinematics(table: Path, output: Path | None, as_json: bool, picture: bool, *
 def joint_test(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
     """Test a joint of MODEL as a laboratory does.
 
-    Direct shear under constant normal stresses or stiffness, once or to and fro; closure and unloading; a bolt pulled
-    out and sheared. By the contacts, laws and bolts of a run; tables (CSV) and pictures.
+    Direct shear under constant normal stresses or stiffness, once or back and forth; closure and unloading; a bolt
+    pulled out and sheared. By the contacts, laws and bolts of a run; tables (CSV) and pictures.
     """
     from bsm_mesh.commands.joint_test import run_joint_test
 

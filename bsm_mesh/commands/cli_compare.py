@@ -55,7 +55,7 @@ from bsm_mesh.text.progress import start_early
     "stages",
     multiple=True,
     metavar="NAME",
-    help="With --with: the stage that each is set beside; by default the last, or of a series all in order.",
+    help="With --with: the stage that each is compared with; by default the last, or of a series all in order.",
 )
 @click.option("--pictures", is_flag=True, help="Draw both sides and the difference as PNG too.")
 @json_option
@@ -78,7 +78,7 @@ def compare(
     quiet: bool,
     no_scripts: bool,
 ) -> None:
-    """Set MODEL beside a continuum (scikit-fem), stage by stage, or results of another program beside its stages.
+    """Compare MODEL with a continuum (scikit-fem), stage by stage, or results of another program beside its stages.
 
     Same mesh, loads, stress, water and joints. Says of every stage whether it is comparable, with interfaces at the
     joints, or not comparable and why; then how far both differ, in a sentence, a table and a VTU file.

@@ -27,7 +27,7 @@ from bsm_mesh.text.terminal import say
     "beside",
     multiple=True,
     metavar="[NAME=]PATH",
-    help="Beside the histories: a table (CSV) of measured or others' values, or the folder of another run.",
+    help="Compared with the histories: a table (CSV) of measured or others' values, or the folder of another run.",
 )
 @click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
 @click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
@@ -42,7 +42,7 @@ def plot(
 ) -> None:
     """Draw PNG pictures of the results in OUT, of every stage.
 
-    Values beside histories are points, or curves, in histories, extensometers, profiles, points and
+    Values compared with histories are points, or curves, in histories, extensometers, profiles, points and
     displacement_arrows; those that [[history]] measured names are always there.
 
     --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
@@ -71,7 +71,7 @@ def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> 
 
     The page of a run shows verdicts with their grounds, displacement and slip, pictures, input, quality of the blocks,
     versions and checksums. Of earlier stages it shows displacement, joints and bolts. A factor of safety of the same
-    model in OUT-safety stands on the first page. The page needs no other file.
+    model in OUT-safety is on the first page. The page needs no other file.
     """
     from bsm_mesh.pages.report import ReportFields, write_report
 
@@ -84,7 +84,7 @@ def view(out: Path) -> None:
     """Write the results in OUT as a page to explore, OUT/view.html.
 
     Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
-    click tells numbers. The page needs no other file and no network. It takes Bokeh: pip install bokeh.
+    click shows numbers. The page needs no other file and no network. It takes Bokeh: pip install bokeh.
     """
     from bsm_mesh.pages.view import write_view
 
@@ -125,7 +125,7 @@ def liner(out: Path, as_json: bool, **asked: Any) -> None:
 @click.argument("out", type=PATH)
 @json_option
 def verify(out: Path, as_json: bool) -> None:
-    """Check from the files in OUT alone on what every verdict rests.
+    """Check from the files in OUT alone the ground of every verdict.
 
     At rest: forces that balance, within strength, without overlap, with no direction in which blocks fall. Unstable:
     a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does

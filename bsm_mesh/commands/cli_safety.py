@@ -52,7 +52,7 @@ def _search_options(command: Any) -> Any:
     type=click.Choice(["stage", "after", "throughout"]),
     default="stage",
     show_default=True,
-    help="Reduced as the stage begins; once it has come to rest; in all stages before as well.",
+    help="Reduced as the stage begins; once it is at rest; in all stages before as well.",
 )
 @vary_option(help="Find the limit of this number instead: stable at GOOD, failing towards BAD, with units or without.")
 @click.option(
@@ -71,7 +71,7 @@ def _search_options(command: Any) -> Any:
 def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scripts: bool, **asked: Any) -> None:
     """Find the factor of safety of MODEL by strength reduction, or the limit of any of its numbers.
 
-    tan(friction), cohesion and tensile strength are divided by a factor until blocks come down, or move too far. Limit
+    tan(friction), cohesion and tensile strength are divided by a factor until blocks fall, or move too far. Limit
     analysis gives an upper bound with proof first. A trial without a verdict is never counted as a failure. Exit code
     3 where such trials keep the bracket open.
 
@@ -124,9 +124,10 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
 def newmark(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scripts: bool, **asked: Any) -> None:
     """Find how far MODEL slides in an earthquake by Newmark's method.
 
-    The yield acceleration is the greatest horizontal part of the weights that the blocks bear; the record is integrated
-    twice where it exceeds it, as given and turned over. The displacement of the model's shaken stage stands beside it.
-    Exit code 3 where trials without a verdict keep a bracket open.
+    The yield acceleration is the greatest horizontal part of the weights that the blocks carry; the record is
+    integrated
+    twice where it exceeds it, as given and turned over. The displacement of the model's shaken stage is compared with
+    it. Exit code 3 where trials without a verdict keep a bracket open.
     """
     start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.newmark import ask_newmark
@@ -185,7 +186,7 @@ def study(
 
     STUDY is a file that says which keys of a model vary, and how: a grid, a list, Latin hypercube or Monte Carlo. The
     runs become a table (study.parquet), a summary (probability of failure, which key decides) and pictures.
-    Interrupted or killed, the same command goes on: no finished run is done again.
+    Interrupted or killed, the same command continues: no finished run is done again.
     """
     start_early(f"reading {study}", quiet=quiet or as_json)
     from bsm_mesh.commands.study import study_command

@@ -107,19 +107,19 @@ def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -
             fall_header(results)[:-1],
             [row[:-1] for row in falls],
         )  # reasons are sentences, too long for a column
-        print_table("What came down and was taken away", header, rows, texts=2)
+        print_table("What fell and was taken away", header, rows, texts=2)
         for reason in fall_reasons(results):
             say(reason)
     print_table(title, ("", ""), describe(results, verbose=verbose))
     if down := down_rows(results):
         most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""
-        print_table(f"What comes down{most}", down_header(results), down, texts=2)
+        print_table(f"Every unstable block{most}", down_header(results), down, texts=2)
     if joints := joint_rows(results):
         print_table("Joints", joint_header(results), joints)
     if water := flow_rows(results.stages[-1]):
         print_table("Flow", FLOW_HEADER, water)
     if beside := beside_lines(results):
-        say("Histories at the end, and what is set beside them:")
+        say("Histories at the end, and the values compared with them:")
         for line in beside:
             say(f"  {line}")
     for stage in results.stages:

@@ -195,7 +195,7 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
 
 
 def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Return what is printed of a stage."""
+    """Return the printed text of a stage."""
     whole = max((error.rms_fem for error in comparison.errors if error.unit == "Pa"), default=0.0)
     rows = [error_row(error, comparison.where(error), whole) for error in comparison.errors]
     if comparison.force_error is not None:
@@ -205,7 +205,7 @@ def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
 
 
 def _histories(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Return what is printed of the model's histories."""
+    """Return the printed text of the model's histories."""
 
     def told(value: float, unit: str) -> str:
         return engineering(value, unit) if unit in ("m", "N") else f"{value:.4g} {unit}".rstrip()
@@ -217,7 +217,7 @@ def _histories(comparison: Comparison) -> list[tuple[str, ...]]:
 
 
 def error_row(error: Difference, where: str, whole_stress: float = 0.0) -> tuple[str, ...]:
-    """Return what is printed of a difference, as `ERROR_HEADER` heads it; rounding of the whole stress as 0."""
+    """Return the printed text of a difference, as `ERROR_HEADER` heads it; rounding of the whole stress as 0."""
     from bsm_mesh.converters.continuum.differences import NEGLIGIBLE
 
     least = NEGLIGIBLE * whole_stress if error.unit == "Pa" else 0.0
@@ -231,7 +231,7 @@ def error_row(error: Difference, where: str, whole_stress: float = 0.0) -> tuple
 
 
 def _levels(refinement: Refinement) -> list[tuple[str, ...]]:
-    """Return what is printed of halved elements and interfaces."""
+    """Return the printed text of halved elements and interfaces."""
     rows: list[tuple[str, ...]] = [
         (
             str(number),

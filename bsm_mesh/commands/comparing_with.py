@@ -1,4 +1,4 @@
-"""The command ``compare --with``: a model as blocks beside the result of another program."""
+"""The command ``compare --with``: a model as blocks compared with the result of another program."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def run_demo(folder: Path) -> None:
 
     if not all((folder / source.name).is_file() for source in starter_files(CASE)):
         write_starter(CASE, folder)
-    read_model_file(folder / MODEL)  # says what is wrong, and where
+    read_model_file(folder / MODEL)  # says the fault, and where
     write_text(folder / UNBOLTED, without_bolts((folder / MODEL).read_text(encoding="utf-8")))
     for name in (UNBOLTED, MODEL):
         say(f"{folder / name}:")
@@ -44,7 +44,7 @@ def run_demo(folder: Path) -> None:
 
 
 def without_bolts(text: str) -> str:
-    """Return a model file without its bolts and what is recorded of them."""
+    """Return a model file without its bolts and the record of them."""
     content = tomllib.loads(text)
     content.pop("bolt", None)
     if "history" in content:

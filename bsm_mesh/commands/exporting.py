@@ -12,7 +12,7 @@ ENDINGS = {"3dgrid": ".3dgrid", "abaqus": ".inp", "compas_dem": ".py", "lmgc90":
 
 
 def export_model(path: Path, program: str, output: Path | None, *, as_json: bool, scripts: bool = True) -> None:
-    """Write the model of a model file for another program, and say what that cannot be told.
+    """Write the model of a model file for another program, and say the features that it does not support.
 
     Parameters
     ----------

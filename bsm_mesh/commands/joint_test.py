@@ -60,7 +60,7 @@ def run_joint_test(
     as_json: bool,
     scripts: bool = True,
 ) -> None:
-    """Test a joint of a model file, and a bolt across it; write tables and pictures, and print what came out."""
+    """Test a joint of a model file, and a bolt across it; write tables and pictures, and print the result."""
     loaded = load_model_file(path, scripts=scripts)
     given = _joint_of(loaded.model, joint)
     stresses = tuple(_number("--normal-stress", text, TEST_STRESS) for text in normal_stress) or STRESSES

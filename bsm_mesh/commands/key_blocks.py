@@ -78,7 +78,7 @@ def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
 
 
 def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, tuple[bool | None, str]]:
-    """Return what limit analysis says of the whole rock, and of the rest without the blocks that come down.
+    """Return what limit analysis says of the whole rock, and of the rest without the unstable blocks.
 
     Of each whether it is admissible, None where no program could be solved, and the answer in words, or why not.
     """
@@ -122,7 +122,7 @@ def _write(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles, picture: bo
 
 
 def _told(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, Any]:
-    """Return what JSON tells."""
+    """Return the JSON record."""
     below = found.round > 0
     return {
         "blocks": loaded.blocks.count,
@@ -141,7 +141,7 @@ def _told(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, Any]:
 
 
 def _print(loaded: LoadedSpace, found: KeyBlocks) -> None:
-    """Print the blocks that come down, the heaviest first, and lines on the others."""
+    """Print the unstable blocks, the heaviest first, and lines on the others."""
     rows = np.flatnonzero(found.round > 0)
     rows = rows[np.lexsort((-found.weight[rows], found.round[rows]))]
     large, several = rows[~found.sliver[rows]], found.round.max(initial=0) > 1

@@ -101,7 +101,7 @@ def _finite(factor: float) -> float | None:
 
 
 def _strength_told(found: StrengthLimit) -> dict[str, Any]:
-    """Return what JSON tells of a factor of strength."""
+    """Return the JSON record of a factor of strength."""
     return {
         "stage": found.stage,
         "factor": _finite(found.factor),
@@ -113,7 +113,7 @@ def _strength_told(found: StrengthLimit) -> dict[str, Any]:
 
 
 def _strength_rows(found: StrengthLimit) -> list[tuple[str, str]]:
-    """Return what the table tells of a factor of strength."""
+    """Return the table of a factor of strength."""
     return [
         ("stage", found.stage),
         ("greatest factor on the strength", f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"),

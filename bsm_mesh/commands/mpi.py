@@ -6,7 +6,7 @@ from bsm_mesh.text.interruption import guarded
 
 
 def main() -> None:
-    """Run a command on the first rank, which tells of an interruption; the others help it to solve."""
+    """Run a command on the first rank, which reports an interruption; the others help it to solve."""
     guarded(_on_ranks, last=True, tell=False)
 
 

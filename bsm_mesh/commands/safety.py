@@ -43,7 +43,7 @@ def ask_safety(
     scripts: bool,
     **asked: Any,
 ) -> int:
-    """Find the factor of safety of a model file, or the limit of one of its numbers; write and print what came out.
+    """Find the factor of safety of a model file, or the limit of one of its numbers; write and print the result.
 
     Returns the exit code.
     """

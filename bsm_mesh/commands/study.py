@@ -36,7 +36,7 @@ OFTEN = 2.0  # s between two lines of progress
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class StudyResults:
-    """What came of a study.
+    """The outcome of a study.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ def run_study(
     scripts : bool
         Whether the model may run a geometry script and name any path.
     report : callable, optional
-        Told how far it is.
+        Called with the progress.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def _run_missing(
 
 @dataclass(kw_only=True)
 class _Told:
-    """How far a study is, told now and then."""
+    """The progress of a study, reported now and then."""
 
     report: Callable[[str], None]
     total: int

@@ -85,7 +85,7 @@ class StudyFile(Table):
     scatter: dict[str, ScatterTable] = Field(default_factory=dict)
     answers: list[Answer] = Field(default=["verdict", "movements"], min_length=1)
     movement_limit: Annotated[float, DISPLACEMENT_LIMIT] | None = Field(
-        default=None, description="a run that comes to rest farther away counts as one that fails"
+        default=None, description="a run that reaches rest further away counts as one that fails"
     )
     safety: SafetyTable = Field(default_factory=SafetyTable)
     report: ReportTable = Field(default_factory=ReportTable)

@@ -1,4 +1,4 @@
-"""What is done in every run of a study: the model with its values, solved or bracketed, and what came of it."""
+"""What is done in every run of a study: the model with its values, solved or bracketed, and the outcome of it."""
 
 from __future__ import annotations
 

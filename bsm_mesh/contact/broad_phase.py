@@ -124,7 +124,7 @@ def _enter_box(
 
 @njit()
 def _sort_by(key: IntArray, order: IntArray, n_keys: int) -> IntArray:  # pragma: no cover - compiled
-    """Return `order` sorted by key (0 <= key < n_keys), equal keys left as they stand (counting sort)."""
+    """Return `order` sorted by key (0 <= key < n_keys), equal keys left in their order (counting sort)."""
     start = np.zeros(n_keys + 1, np.int32)
     for k in key:
         start[k + 1] += 1

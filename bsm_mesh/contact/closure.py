@@ -40,7 +40,7 @@ class Hyperbolic(SomeContacts):
         stiffness : (m,) float64 [Pa/m]
             Normal stiffness of the joints.
         length : (m,) float64 [m]
-            That contacts stand for.
+            That contacts represent.
         series : (m,) float64 [N/m2]
             Stiffness of joint and rock in series.
         """

@@ -1,6 +1,6 @@
 """Contact rules: of the candidates of a pair of blocks, which are kept, and the history that each continues.
 
-Each rule mends a wrong answer: the tests of the rules show the answer with the rule and without it.
+Each rule corrects a wrong answer: the tests of the rules show the answer with the rule and without it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def resolve_candidates(
         _find_opposing(vertices, h, rules, here, count)
         for k in range(here.size):
             if here[k].state == KEPT:
-                here[k].in_range &= here[k].corner_gap == 0.0  # closed where it is pressed in, no farther
+                here[k].in_range &= here[k].corner_gap == 0.0  # closed where it is pressed in, no further
                 here[k].history += first if here[k].history >= 0 else 0  # from the pair's rows to all rows
                 here[k].predecessor += first if here[k].predecessor >= 0 else 0
                 here[k].recalled += first if here[k].recalled >= 0 else 0
@@ -129,9 +129,10 @@ def _resolve_pair(
 def _lay_beyond(
     vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """Let row i bear if its corner has passed a node, its face lies on the line beyond, and nothing bears at the node.
+    """Let row i carry if its corner passed a node, its face lies on the line beyond, and nothing carries at the node.
 
-    The node bears itself until the face has turned away from it, and the corner on the line beyond while it reaches it.
+    The node carries itself until the face has turned away from it, and the corner on the line beyond while it reaches
+    it.
     """
     if rows[i].beyond < rules.min_overlap * h:
         return
@@ -165,7 +166,7 @@ def _mark_low_step(
     The corner is level with the face beyond, and one of its edges is parallel to that face. It slides on there, and
     must not catch on an elastic overlap.
     """
-    if rows[i].history >= 0 or rows[i].parallel_edge >= 0:  # parallel edges are told by their overlap
+    if rows[i].history >= 0 or rows[i].parallel_edge >= 0:  # parallel edges are reported by their overlap
         return
     for j in range(rows.size):
         level = rows[j].parallel_edge >= 0 and abs(rows[j].gap) < rules.min_overlap * h
@@ -180,7 +181,7 @@ def _find_opposing(
     """Set the opposing candidates of the kept rows, which become rows `first`, `first` + 1, ... of the table.
 
     Rows on a face have none. Of two closed opposing candidates one is in range at first: together they would support
-    a block that stands on its corner.
+    a block that is on its corner.
     """
     for i in range(rows.size):
         if rows[i].state != KEPT or rows[i].history >= 0 or rows[i].predecessor >= 0 or is_face(h, rules, rows[i]):

@@ -132,8 +132,8 @@ def _keeping_lengths(history: History, found: Candidates, *, always: bool) -> Ca
 
     `always`: in any case.
 
-    A face that has slid off another would stand for a lone corner, twenty times as much as at last. Blocks that rock on
-    an edge would sink and rise. Two edges at a flat corner turn away one by one: without memory of both a block may
+    A face that has slid off another would represent a lone corner, twenty times as much as at last. Blocks that rock on
+    an edge would sink and rise. Two edges at a flat corner turn away one by one. Without memory of both a block may
     have no equilibrium near the angle at which one counts, and steps flip between two lengths for ever.
     """
     length, edges = found.length.copy(), found.parallel_edges.copy()

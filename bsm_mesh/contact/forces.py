@@ -44,7 +44,7 @@ class ContactSet:
     residual_tension: FloatArray  # (m,) N/m, that slip leaves of it
     offset: FloatArray  # gap at zero pressure
     old_shear: FloatArray
-    old_pressure: FloatArray  # at which that shear force was; nan: it goes with the present one
+    old_pressure: FloatArray  # at which that shear force was; nan: it belongs to the present one
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
     first_tangential: FloatArray  # nan: not closed yet
     failed: BoolArray
@@ -101,7 +101,7 @@ class Evaluation:
 
     @property
     def bears(self) -> BoolArray:
-        """Which contacts bear more than rounding of the greatest force, (m,)."""
+        """Which contacts carry more than rounding of the greatest force, (m,)."""
         force = np.maximum(np.abs(self.pressure), np.abs(self.shear))
         more: BoolArray = self.closed & (force > ROUNDING * force.max(initial=0.0))
         return more
@@ -240,7 +240,7 @@ class ByLaw(Protocol):
 
     @property
     def candidates(self) -> Any:
-        """What has the `length` (m,) that each stands for; in space its area."""
+        """What has the `length` (m,) that each represents; in space its area."""
 
     @property
     def failed(self) -> BoolArray:

@@ -30,7 +30,7 @@ class History:
     offset : (k,) float64 [m]
         Gap at zero pressure.
     length : (k,) float64 [m]
-        Length that each stands for.
+        Length that each represents.
     parallel_edges : (k,) int8
         Edges at its corner that this was shared with: the most since it closed.
     joint : (k,) int32
@@ -150,7 +150,7 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
 def _kept(contacts: ContactSet, at: Evaluation, size: float) -> tuple[IntArray, BoolArray]:
     """Return the rows of contacts that have a history, (k,), and which of them are open and keep their offset alone.
 
-    These are open no farther than two blocks may be apart when they meet: walls that have moved away from each other
+    These are open no more than two blocks may be apart when they meet: walls that moved away from each other
     are those of the given geometry.
     """
     broken = (contacts.tension > 0) & ~at.closed

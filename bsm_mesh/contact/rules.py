@@ -28,7 +28,7 @@ class Rules(NamedTuple):
     initial_penetration: float = 1e-2  # but where it came over an edge's end: `min_overlap`, and what was added since
     rounding: float = 1e-6  # positions nearer than this are equal, an intact contact open by less has not separated
     closure_tol: float = 1e-6  # a corner nearer than this to two edges has closed on both
-    transfer_distance: float = 0.1  # history is transferred no farther: blocks move less than that in a step
+    transfer_distance: float = 0.1  # history is transferred no further: blocks move less than that in a step
     min_cosine: float = 0.9  # cosine between the normals of a contact and of the one that inherits its history
     dual_distance: float = 1.0  # over the band: corners nearer than this are one contact
     corner_share: float = 0.05  # length of a contact of a corner on an edge that is not parallel

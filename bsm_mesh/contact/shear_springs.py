@@ -40,7 +40,7 @@ class Growing(SomeContacts):
     curve : (h, 7) float64
         The joints' shear stiffness by the normal stress, as `ShearCurve`.
     length : (h,) float64 [m]
-        What each contact stands for.
+        What each contact represents.
     compliance : (h,) float64 [m2/N]
         Of the rock on both sides, in shear.
     """
@@ -60,7 +60,7 @@ class Growing(SomeContacts):
         own : (m,) float64 [Pa/m]
             Shear stiffness of the joints at the reference stress.
         length : (m,) float64 [m]
-            That contacts stand for.
+            That contacts represent.
         series : (m,) float64 [N/m2]
             Stiffness there of joint and rock in series; 0: smooth.
         """
@@ -92,7 +92,7 @@ class Growing(SomeContacts):
         moved : (m,) float64 [m]
             Movement along the edge since; not a number: it has not touched before.
         old_pressure : (m,) float64 [N/m]
-            Pressure at the last accepted step; not a number: the shear force goes with the present one.
+            Pressure at the last accepted step; not a number: the shear force belongs to the present one.
         pressure, by_closure : (h,) float64 [N/m], [N/m2]
             Pressures of these contacts, and their derivatives.
         """

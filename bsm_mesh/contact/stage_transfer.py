@@ -46,7 +46,7 @@ def with_filled_blocks(
 ) -> History:
     """Return a history with the contacts of filled blocks (n,) to those present (n,) added, without force.
 
-    They are closed as in the given geometry, whatever the others have moved by since. As all contacts that arise later
+    They are closed as in the given geometry, whatever the others moved by since. As all contacts that arise later
     they have no cohesion and no tensile strength; only faces of unlimited strength keep it.
     """
     _, catalogue, _, found = _as_given(model)

@@ -28,7 +28,7 @@ class ContactStrength:
     law : (m,) int32
         Number of every contact's law there.
     length : (m,) float64 [m]
-        What every contact stands for.
+        What every contact represents.
     tension : (m,) float64 [N/m]
         Greatest tension; infinite: no bound.
     """
@@ -75,7 +75,7 @@ def peak_strength(law: JointLaw, pressure: FloatArray, length: FloatArray) -> Fl
     pressure : (m,) float64 [N/m]
         Normal force, compression positive, not negative.
     length : (m,) float64 [m]
-        Length that each contact stands for.
+        Length that each contact represents.
     """
     return law.respond(pressure, np.zeros(len(pressure)), length, np.zeros(len(pressure), dtype=bool)).strength
 

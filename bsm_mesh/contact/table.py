@@ -30,7 +30,7 @@ class ContactTable:
     normal : (m, 2) float64
         Outward unit normal of `block_b`'s edge.
     length : (m,) float64 [m]
-        Share of the face's length that the contact stands for.
+        Share of the face's length that the contact represents.
     normal_stiffness, shear_stiffness : (m,) float64 [N/m2]
         Spring stiffness, per metre of thickness: stiffness per area times length.
     joint : (m,) int32

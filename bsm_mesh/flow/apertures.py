@@ -63,7 +63,7 @@ class Apertures:
         Parameters
         ----------
         contacts : ContactForces
-            The contacts as the blocks stand.
+            The contacts as the blocks are.
         moved : (n, 3) float64 [m, m, rad]
             Displacement of every block since it was given.
         in_rows : bool

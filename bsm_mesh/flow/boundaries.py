@@ -1,4 +1,4 @@
-"""What is given at the nodes of a model's joints in a stage: levels, surfaces open to the air, drains, wells."""
+"""The input at the nodes of a model's joints in a stage: levels, surfaces open to the air, drains, wells."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Boundaries:
 
 
 def boundaries_of(joints: JointNetwork, blocks: Blocks, flow: Flow, present: BoolArray) -> Boundaries:
-    """Return what is given at the nodes where some blocks (n,) are there.
+    """Return the input at the nodes where some blocks (n,) are there.
 
     Where places meet, a level counts more than a drain, that more than a surface open to the air; of levels the higher.
     """

@@ -1,4 +1,4 @@
-"""Flow and blocks by turns: water presses on blocks, and blocks open and close the joints in which it flows."""
+"""Flow and blocks alternately: water presses on blocks, and blocks open and close the joints in which it flows."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from bsm_mesh.results.records import StageResult
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class FlowState(Portable):
-    """Where flow and blocks stand: what presses on the blocks, and what the next turn begins with.
+    """Where flow and blocks are stable: what presses on the blocks, and what the next turn begins with.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class FlowCoupling:
     Attributes
     ----------
     first : FlowState
-        Flow before anything has moved, in joints without stress.
+        Flow before anything moved, in joints without stress.
     """
 
     def __init__(self, model: Model) -> None:
@@ -82,7 +82,7 @@ class FlowCoupling:
         self.first = self.begin(0, at_start)
         for number, (stage, here) in enumerate(zip(model.stages, later, strict=True), start=1):
             with placed(f"stage '{stage.name}'"):
-                self.begin(number, here)  # what is wrong with it is told before the run
+                self.begin(number, here)  # the fault with it is reported before the run
 
     def begin(self, number: int, present: BoolArray, before: FlowState | None = None) -> FlowState:
         """Return the flow at the start of a stage: in joints as they stood last, or before anything pressed on them.
@@ -102,7 +102,7 @@ class FlowCoupling:
     def go_on(
         self, state: FlowState, number: int, present: BoolArray, stage: StageResult, moved: FloatArray, *, in_rows: bool
     ) -> tuple[FlowState, FlowResult]:
-        """Return the flow in joints as the blocks stand, and where that leaves both.
+        """Return the flow in joints as the blocks are, and where that leaves both.
 
         Parameters
         ----------

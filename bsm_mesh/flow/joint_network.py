@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
 SNAP = 1e-6  # of a face's length: a cut this near to its end is at its end
-FARTHEST = 1.0  # of the nearest joint's length: a well farther from it was meant to be elsewhere
+FARTHEST = 1.0  # of the nearest joint's length: a well further from it was meant to be elsewhere
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -39,7 +39,7 @@ class JointNetwork(Portable):
     network : Network
         Nodes and pieces.
     faces : Faces
-        The faces between blocks that bear a joint.
+        The faces between blocks with a joint.
     joint : (k,) int32
         Number of each face's joint in ``model.joints``.
     face : (m,) int32
@@ -102,7 +102,7 @@ def joint_network(
     joint = face_joints(model, faces)
     rock, faces, joint = _rows(faces, joint < 0), _rows(faces, joint >= 0), joint[joint >= 0]
     if not len(joint):
-        raise ModelError("flow: no face bears a joint, and rock is tight; give faces joints, or mesh.default_joint")
+        raise ModelError("flow: no face has a joint, and rock is tight; give faces joints, or mesh.default_joint")
     lines = _Lines(np.stack([faces.start, faces.end], axis=1))
     faults: list[str] = []
     cuts = [
@@ -194,7 +194,7 @@ class _Lines:
         if distance > FARTHEST * self.length[line]:
             faults.append(
                 f"{what} at {place(well.point)} is {distance:.3g} m from the nearest joint, at {place(foot)}; wells "
-                "stand in joints: move it"
+                "are in joints: move it"
             )
         along = self.ends[line, 1] - self.ends[line, 0]
         t = float(((foot - self.ends[line, 0]) * along).sum() / (along**2).sum())

@@ -1,6 +1,7 @@
 """Steady flow with a free surface in a network: the balance of water at every node, by Newton's method.
 
-A node's unknown is one number u [m]. Where u > 0 the node is under water: its pressure head is u. Where u <= 0 it bears
+A node's unknown is one number u [m]. Where u > 0 the node is under water: its pressure head is u. Where u <= 0 it
+carries
 no pressure (atmospheric), and ``w = 1 + u / d`` (at least 0) is the part of what its joints could lead down which they
 do: water trickles. So the pressure is never negative, and a joint is either under pressure or not full. Along a piece
 the discharge is ``C w (h_up - h_down)``: conductance C, heads ``h = y + max(u, 0)``, and the upper end's w.
@@ -21,7 +22,7 @@ BALANCED = 1e-13  # of the greatest discharge: imbalance of a node at which iter
 ROUNDING = 8 * np.finfo(float).eps  # of conductance times head: what a difference of heads cannot do better than
 MOST_ITERATIONS = 300
 FLOATING = 1e-10  # on the diagonal, of what is there: at nodes whose change no node held feels; it moves no solution
-HELD = 1e-14  # at the others: no pivot is 0 by rounding, and joints a million times as wide as others are told apart
+HELD = 1e-14  # at the others: no pivot is 0 by rounding, and joints a million times as wide as others are distinguished
 BELOW = 0.1  # of d: where u is first tried when a node is no longer under water
 USUAL_ITERATIONS = 30  # after these, corrections may go round in circles
 CORRECTED = 0.7  # part of the nodes, drawn anew for each iteration, that are corrected then: it breaks circles
@@ -31,7 +32,7 @@ REFINEMENTS = 4
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Conditions(Portable):
-    """What is given at the nodes.
+    """The input at the nodes.
 
     Attributes
     ----------
@@ -215,7 +216,7 @@ class _Balance:
         return u, MOST_ITERATIONS, False
 
     def spilling(self, u: FloatArray, leaving: FloatArray) -> BoolArray:
-        """Return the nodes, as high as water can stand there, to which more comes than goes on: the rest spills."""
+        """Return the nodes, as high as water can be there, to which more comes than continues: the rest spills."""
         spills: BoolArray = (u >= self.highest) & (leaving <= 0) & ~self.given
         return spills
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.stages.checkpoint import Checkpoint
 
 FORMAT = 1
-TOLD = ("identity", "files", "snapshots")  # what is told of a checkpoint: see `Checkpoints` and `RunWriter.keep`
+TOLD = ("identity", "files", "snapshots")  # the record of a checkpoint: see `Checkpoints` and `RunWriter.keep`
 CURE = "run without --resume"
 _TEXT = "content"  # the member that holds the JSON
 _SEAL = 65  # bytes of the last line: SHA-256 and a line feed
@@ -80,7 +80,7 @@ def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -
 
 
 def read_told(path: Path) -> dict[str, Any]:
-    """Return what is told of a checkpoint, but for the state of the run.
+    """Return the record of a checkpoint, but for the state of the run.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def read_told(path: Path) -> dict[str, Any]:
 
 
 def read_checkpoint(path: Path) -> tuple[dict[str, Any], Checkpoint]:
-    """Return what is told of a checkpoint, and the state of the run.
+    """Return the record of a checkpoint, and the state of the run.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def _is_sealed(path: Path) -> bool:
 
 
 def _encoded(value: Any, arrays: list[np.ndarray]) -> Any:
-    """Return a value as JSON; its arrays are added to a list, and told by their numbers."""
+    """Return a value as JSON; its arrays are added to a list, and reported by their numbers."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in "biuf":
             raise TypeError(f"an array of {value.dtype} cannot be kept")

@@ -37,7 +37,7 @@ class Checkpoints:
     Attributes
     ----------
     identity : dict
-        What has to be the same for a run to go on.
+        What has to be the same for a run to continue.
     superseded : list of str
         Files that the last checkpoint needs and the next does not: they are removed when that is there.
     """
@@ -54,7 +54,7 @@ class Checkpoints:
         return ended or now + step - self._written >= SETTINGS.interval
 
     def write(self, place: Path, checkpoint: Checkpoint, told: dict[str, Any]) -> None:
-        """Write one into a folder, with what else is told of it, and remove what nobody needs any more."""
+        """Write one into a folder, with its other data, and remove what nobody needs any more."""
         write_checkpoint(place / CHECKPOINT, {"identity": self.identity, **told}, checkpoint)
         for name in self.superseded:
             remove(place / name)

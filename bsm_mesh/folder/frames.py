@@ -32,7 +32,7 @@ class Frame:
     step : int or None
         Number of the step within it, from 0; None at the stage's end.
     stage_name : str
-        Name of the stage; empty where it has not come to its end.
+        Name of the stage; empty where it did not reach its end.
     verdict : str
         The verdict on the stage, in words; empty for a step.
     """

@@ -180,7 +180,7 @@ class ResultsFolder:
             )
 
     def strange(self) -> list[str]:
-        """Return what is wrong with the folders beside this one: what no run left there is never taken for a run's."""
+        """Return the faults of the folders beside this one: what no run left there is never taken for a run's."""
         beside = [place for place in (self.running, self.interrupted, self.former) if not is_left_by_a_run(place)]
         found = [
             f"{self.told(place)} is {'a link' if place.is_symlink() else f'not from a run (no {MARKER} in it)'}, and a "
@@ -239,7 +239,7 @@ class ResultsFolder:
             retire(self.former, self.place)
 
     def set_aside(self) -> None:
-        """Keep the finished stages of a run that did not come to its end, in place of older ones."""
+        """Keep the finished stages of a run that did not reach its end, in place of older ones."""
         raise_faults(self.strange())
         retire(self.interrupted, self.running)
         move(self.running, self.interrupted)

@@ -69,7 +69,7 @@ def take_up(folder: ResultsFolder, identity: dict[str, Any]) -> TakenUp | None:
     ------
     ModelError
         If what it left is truncated, changed, or of another model or program; and where the folder holds finished
-        results of this model, so that there is nothing to go on with.
+        results of this model, so that there is nothing to continue with.
     """
     places = [place for place in (folder.running, folder.interrupted) if (place / CHECKPOINT).is_file()]
     if not places:
@@ -80,7 +80,7 @@ def take_up(folder: ResultsFolder, identity: dict[str, Any]) -> TakenUp | None:
     for entry, meaning in CHANGED.items():
         then, now = told["identity"].get(entry), identity[entry]
         if then != now:
-            raise ModelError(f"what was interrupted, in {told_place}, {meaning.format(then=then, now=now)}; {CURE}")
+            raise ModelError(f"an interrupted run, in {told_place}, {meaning.format(then=then, now=now)}; {CURE}")
     for name, listed in told["files"].items():
         path = place / name
         if is_lasting(name) and not (path.is_file() and fingerprint(path) == listed):
@@ -95,7 +95,7 @@ def _finished(place: Path, count: int) -> Results | None:
     try:
         results = load_results(place)
     except ModelError as error:
-        raise ModelError(f"the finished stages of what was interrupted: {error}; {CURE}") from error
+        raise ModelError(f"the finished stages of an interrupted run: {error}; {CURE}") from error
     if len(results.stages) < count:
         raise ModelError(f"{place / SUMMARY} has no record of a finished stage; {CURE}")
     return replace(results, stages=results.stages[:count], finished=False)
@@ -105,5 +105,5 @@ def _refuse_finished(folder: ResultsFolder, digest: str) -> None:
     if run_number(folder.place) is not None and read_json(folder.place / SUMMARY).get("model_hash") == digest:
         raise ModelError(
             f"{folder.path} holds the finished results of this model, and no run of it was interrupted: there is "
-            f"nothing to go on with; to run it again, {CURE}"
+            f"nothing to continue with; to run it again, {CURE}"
         )

@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class FileRun:
-    """What came of a model file.
+    """The outcome of a model file.
 
     Attributes
     ----------
     results : Results
-        What came out.
+        The result.
     notes : tuple of str
-        What was mended or left out of the mesh, a line each.
+        Repairs and omissions of the mesh, a line each.
     folder : Path or None
         Where the results were written; None: nowhere.
     """
@@ -80,11 +80,11 @@ def run_file(
     scripts : bool
         Whether the file may run a geometry script and name any path.
     noted : callable, optional
-        Told each note on the mesh before anything is solved.
+        Called with each note on the mesh before anything is solved.
     resume : bool
         Go on where an interrupted run was; where there was none, begin at the start.
     spread : bool
-        Whether the model is solved by other routes too, and how far they lead apart is told.
+        Whether the model is solved by other routes too, and how far they lead apart is reported.
     tables : {"csv", "parquet"} or False
         As what tables are written, also where its ``[output]`` does not say so.
 
@@ -92,7 +92,7 @@ def run_file(
     ------
     ModelError
         For faults of the file, its mesh or the model, and for a folder that cannot be written to; with `resume` where
-        what was interrupted cannot be taken up, or was finished.
+        an interrupted run cannot be taken up, or was finished.
     """
     file = read_file(path)
     if tables:
@@ -102,7 +102,7 @@ def run_file(
     if file.output.tables and isinstance(file, SpaceFile):
         raise ModelError(f"{path.name}: tables of results are for the plane; leave tables out")
     if resume and folder is None:
-        raise ModelError("resume goes with a results folder, and output = False leaves nothing to go on with")
+        raise ModelError("resume belongs to a results folder, and output = False leaves nothing to continue with")
     with ExitStack() as held:
         writer = None
         if folder is not None:
@@ -150,7 +150,7 @@ def run_file(
 
 
 def _resumption(writer: RunWriter, report: Reporter, *, resume: bool) -> Resumption:
-    """Return where the run goes on, or that it begins at the start, `writer` keeping its checkpoints."""
+    """Return where the run continues, or that it begins at the start, `writer` keeping its checkpoints."""
     left = take_up(writer.folder, writer.checkpoints.identity) if resume else None
     if left is not None:
         writer.go_on(left)
@@ -158,12 +158,12 @@ def _resumption(writer: RunWriter, report: Reporter, *, resume: bool) -> Resumpt
         return Resumption(begun=left.checkpoint, stages=stages, keep=writer.keep)
     if resume:
         writer.start_over()
-        report("no interrupted run to go on with: it begins at the start")
+        report("no interrupted run to continue with: it begins at the start")
     return Resumption(keep=writer.keep)
 
 
 def _command(path: Path, output: Output, *, scripts: bool, tables: TableForm | Literal[False]) -> str:
-    """Return the command that goes on with a run."""
+    """Return the command that continues with a run."""
     words = ["bsm-mesh", "run", str(path), "--resume"]
     words += ["--tables", str(tables)] if tables else []
     words += [] if output is None else ["-o", str(output)]

@@ -46,8 +46,8 @@ class RunWriter:
     """Writes a run into ``NAME.running`` and lets it take the place of ``NAME`` when it is finished.
 
     It is a context: inside it no other run can write there. At the end of every stage what is finished is a results
-    folder of its own, on the disk itself, whose status is ``unfinished``. If the run does not come to its end that
-    becomes ``NAME.interrupted``, and the former results stay as they were; the exception bears a note that says so.
+    folder of its own, on the disk itself, whose status is ``unfinished``. If the run does not reach its end that
+    becomes ``NAME.interrupted``, and the former results stay as they were; the exception carries a note that says so.
     The PVD files list what there is at any time: ParaView can follow a run whose steps are written.
 
     Parameters
@@ -63,7 +63,7 @@ class RunWriter:
     form : OutputForm
         Which tables, and how VTU files are compressed.
     again : str
-        The command that goes on with the run if it is interrupted.
+        The command that continues with the run if it is interrupted.
     resumes : bool
         Whether what an interrupted run left is to stay until `go_on` or `start_over` is called.
 
@@ -121,7 +121,7 @@ class RunWriter:
             self._held.close()
 
     def start_over(self) -> None:
-        """Keep what a run that was killed left for whoever goes on with it, and remove the rest."""
+        """Keep what a run that was killed left for whoever continues with it, and remove the rest."""
         place = self._place
         if finished_stages(place) or (place / CHECKPOINT).is_file() or solved_stages(place):
             tidy(place, {*named_by_checkpoint(place), *solved_stages(place)})
@@ -286,7 +286,7 @@ class RunWriter:
             self._loose.discard(name)
 
     def _end_early(self, error: BaseException | None) -> None:
-        """Keep what is finished of a run that did not come to its end, and say where."""
+        """Keep what is finished of a run that did not reach its end, and say where."""
         stages, goes_on = finished_stages(self._place), (self._place / CHECKPOINT).is_file()
         solved = solved_stages(self._place)
         moved = bool(self._snapshots.instants) and isinstance(error, KeyboardInterrupt)
@@ -309,4 +309,4 @@ class RunWriter:
         if error is not None:
             former = run_number(self.folder.place) is not None
             told += f"; {self.folder.path} holds the former results" if former else ""
-            error.add_note(told + (f"; go on with: {self._again}" if self._again and goes_on else ""))
+            error.add_note(told + (f"; continue with: {self._again}" if self._again and goes_on else ""))

@@ -42,7 +42,7 @@ class SavedResults:
     told : dict
         The content of the summary.
     finished : bool
-        Whether the run came to its end.
+        Whether the run reached its end.
 
     Raises
     ------

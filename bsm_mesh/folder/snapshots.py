@@ -40,7 +40,7 @@ class Snapshots:
         return {"taken": self._taken, "stride": self._stride, "clock": asdict(self._clock), "instants": instants}
 
     def recall(self, told: dict[str, Any]) -> None:
-        """Be where it was when it told so."""
+        """Be where it was when it reported so."""
         from bsm_mesh.converters.result_files import Instant
 
         self._taken, self._stride, self._clock = told["taken"], told["stride"], Clock(**told["clock"])

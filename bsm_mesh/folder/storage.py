@@ -41,7 +41,7 @@ def save_results(results: Results, folder: Path, given: Given | None = None, *, 
     Parameters
     ----------
     results : Results
-        What came out.
+        The result.
     folder : Path
         Where to.
     given : mapping of str to callable, optional
@@ -131,7 +131,7 @@ def _load(saved: SavedResults) -> Results:
 
 
 def _refuse_strange_numbers(results: Results, folder: Path) -> None:
-    """Raise where a stage tells of blocks or joints that are not there."""
+    """Raise where a stage refers to blocks or joints that are not there."""
     blocks, joints = results.blocks.count, len(results.joint_names)
     for stage in results.stages:
         contacts, supports = stage.contacts, stage.supports
@@ -140,7 +140,7 @@ def _refuse_strange_numbers(results: Results, folder: Path) -> None:
         numbers = [(values, 0, blocks) for values in (*of_blocks, falls)] + [(contacts.joint, -1, joints)]
         if any(values.size and (values.min() < least or values.max() >= most) for values, least, most in numbers):
             raise ModelError(
-                f"{folder} is damaged (stage '{stage.name}' tells of what is not there); run the model again"
+                f"{folder} is damaged (stage '{stage.name}' refers to entries that are missing); run the model again"
             )
 
 

@@ -186,7 +186,7 @@ def summary_text(results: Results, run: int, files: dict[str, dict[str, Any]]) -
     Parameters
     ----------
     results : Results
-        What came out, so far where the run is not finished.
+        The result, so far where the run is not finished.
     run : int
         The how-manieth run into its folder it is.
     files : mapping of str to fingerprint
@@ -202,7 +202,7 @@ def _of_another_version(path: Path, told: dict[str, Any]) -> str:
     version, written = told["schema_version"], told.get("versions")
     by = f" by bsm-mesh {written[PROGRAM]!s:.20}" if isinstance(written, dict) and PROGRAM in written else ""
     is_newer = isinstance(version, int) and version > SCHEMA_VERSION
-    cure = "update bsm-mesh" if is_newer else "run the model.toml beside it again"
+    cure = "update bsm-mesh" if is_newer else "run its model.toml again"
     here = f"bsm-mesh {__version__} reads {' and '.join(map(str, (*NEXT, SCHEMA_VERSION)))}"
     return f"{path} was written{by} with schema version {version!s:.20}; {here}: {cure}"
 

@@ -1,4 +1,4 @@
-"""``bsm-mesh verify``: on what every verdict rests, checked from the files of a results folder alone."""
+"""``bsm-mesh verify``: the ground of every verdict, checked from the files of a results folder alone."""
 
 from __future__ import annotations
 
@@ -75,13 +75,13 @@ def grounds_in(out: Path) -> tuple[Ground, ...]:
     if WRITTEN in saved.told:
         raise ModelError(
             f"{out} was written with schema version {saved.told[WRITTEN]}: its certificate is checked by the bsm-mesh "
-            "that wrote it, or run the model.toml beside it again"
+            "that wrote it, or run its model.toml again"
         )
     told = _certificate_in(saved)
     if told.get("schema_version") != SCHEMA_VERSION:
         raise ModelError(
             f"{CERTIFICATE} in {out} has schema version {told.get('schema_version')}, and {SCHEMA_VERSION} is checked; "
-            "run the model.toml beside it again"
+            "run its model.toml again"
         )
     with damage_told(out):
         arrays = [saved.content(stage["arrays"]) for stage in told["stages"]]

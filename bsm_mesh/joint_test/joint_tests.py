@@ -1,4 +1,4 @@
-"""Direct shear under constant normal stress or stiffness, to and fro, and closure with unloading."""
+"""Direct shear under constant normal stress or stiffness, back and forth, and closure with unloading."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class JointCurve:
     strength : (k,) float64 [Pa]
         Greatest shear stress; infinite where there is no limit.
     slip_path : (k,) float64 [m]
-        How far the joint has slid, to and fro, elastic part apart.
+        How far the joint has slid, back and forth, elastic part apart.
     """
 
     shear_displacement: FloatArray

@@ -1,4 +1,4 @@
-"""What is given: blocks, rocks, joints, supports, loads, bolts, and the model that holds them."""
+"""The input: blocks, rocks, joints, supports, loads, bolts, and the model that holds them."""
 
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.blocks import Blocks

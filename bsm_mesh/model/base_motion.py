@@ -16,7 +16,7 @@ class BaseMotion:
     Parameters
     ----------
     shaking : Shaking
-        What is given.
+        The input.
 
     Attributes
     ----------

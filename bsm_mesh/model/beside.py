@@ -1,4 +1,4 @@
-"""Values set beside a history: measured ones, or those of another program."""
+"""Values compared with a history: measured ones, or those of another program."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ QUANTITIES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Beside:
-    """A value at the end of a stage, set beside what a run finds of a history.
+    """A value at the end of a stage, compared with what a run finds of a history.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Beside:
     source: str = "measured"
 
     def __post_init__(self) -> None:
-        rules = Rules("value beside a history", self.quantity)
+        rules = Rules("value compared with a history", self.quantity)
         rules.choice("quantity", self.quantity, UNITS)
         rules.number("value", self.value, VALUE)
         rules.number("until", self.until, VALUE, optional=True)
@@ -95,7 +95,7 @@ def values_beside(rules: Rules, value: object) -> tuple[Beside, ...]:
 
 
 def faults_beside(name: str, kind: str, measured: Iterable[Beside], length: float) -> Iterable[str]:
-    """Return a sentence for every value that cannot stand beside a history of a kind, a line of a length [m]."""
+    """Return a sentence for every value that cannot stand compared with a history of a kind, a line of a length [m]."""
     for one in measured:
         if one.quantity not in QUANTITIES[kind]:
             yield (

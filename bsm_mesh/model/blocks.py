@@ -92,8 +92,8 @@ class Blocks(Portable):
         )
 
     bulk_name, bulk_unit = "area", "m2"  # of `Moments.bulk`
-    components, force_unit, face_unit = "x, y", "N/m", "m"  # of vectors; of forces; of what a contact stands for
-    axes = 3  # numbers that say how a block has moved: u, v, theta
+    components, force_unit, face_unit = "x, y", "N/m", "m"  # of vectors; of forces; of what a contact represents
+    axes = 3  # numbers that say how a block moved: u, v, theta
 
     @property
     def span(self) -> float:
@@ -270,7 +270,7 @@ class Blocks(Portable):
         return self._with(boundaries={**self.boundaries, name: chosen})
 
     def with_joint(self, name: str, where: EdgePredicate) -> Blocks:
-        """Return a copy in which the edges with ``where(x, y)`` true at both ends bear the joint `name`."""
+        """Return a copy in which the edges with ``where(x, y)`` true at both ends carry the joint `name`."""
         chosen = self._edges_where(where)
         if not chosen.any():
             raise ModelError(f"joint '{name}': no edge fulfils the condition at both its ends")
@@ -279,7 +279,7 @@ class Blocks(Portable):
         return self._with(edge_joint=edge_joint, joint_names=names)
 
     def with_edge_joints(self, edge_joint: IntArray, joint_names: tuple[str, ...]) -> Blocks:
-        """Return a copy whose edges bear other joints: `edge_joint` and `joint_names` as the fields of these names."""
+        """Return a copy whose edges carry other joints: `edge_joint` and `joint_names` as the fields of these names."""
         return self._with(edge_joint=edge_joint, joint_names=joint_names)
 
     def _with(self, **changes: object) -> Blocks:

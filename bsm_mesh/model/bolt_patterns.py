@@ -270,7 +270,7 @@ def _refuse_too_many(thing: str, length: float, interval: float) -> None:
     if length > BOLT_COUNT.most * interval:
         raise ModelError(
             f"{thing}: interval = {interval:g} m makes {length / interval:.0f} bolts on {length:.6g} m; at most "
-            f"{BOLT_COUNT.most:g} stand in a row; give a greater interval"
+            f"{BOLT_COUNT.most:g} are in a row; give a greater interval"
         )
 
 

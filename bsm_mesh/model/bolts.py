@@ -41,7 +41,7 @@ class Bolt:
     Attributes
     ----------
     start, end : (x, y) [m]
-        Head and tip, where they are before anything has moved.
+        Head and tip, where they are before anything moved.
     kind : {"grouted", "end_anchored"}
         Bonded to the rock along its length, or at its two ends only.
     diameter : float [m]
@@ -56,7 +56,7 @@ class Bolt:
     pretension : float [N]
         Tension at installation; 0 for a passive bolt.
     anchor_capacity : float or None [N]
-        Of an end-anchored bolt: what either anchorage bears (Wang Eq. 5.3); None: unlimited.
+        Of an end-anchored bolt: what either anchorage carries (Wang Eq. 5.3); None: unlimited.
     spacing : float [m]
         Distance of bolts out of the plane; forces on the blocks are divided by it.
     stage : str or None
@@ -155,7 +155,7 @@ class Bolt:
             )
         most = min(self.yield_force, math.inf if self.anchor_capacity is None else self.anchor_capacity)
         if self.pretension > most * (1 + ROUNDING):
-            found.append(f"pretension = {self.pretension:g} N is more than the bolt bears, {most:g} N; lower it")
+            found.append(f"pretension = {self.pretension:g} N is more than the bolt carries, {most:g} N; lower it")
         return found
 
     def _given(self, name: str) -> bool:

@@ -44,7 +44,7 @@ class EarthPressure:
     friction : float [degrees]
         Friction angle of the soil.
     surface : float or pair of (x, y) [m]
-        Level of the ground, or two points of its straight line; the line goes on at its slope beyond them.
+        Level of the ground, or two points of its straight line; the line continues at its slope beyond them.
     theory : {"rankine", "coulomb"}
         Stress of a half-space at its limit, or equilibrium of a wedge that slides on the wall. At rest the theory
         has no effect.

@@ -112,7 +112,7 @@ class EdgeTable:
         return unpaired
 
     def _runs(self) -> tuple[LongArray, LongArray]:
-        """Return where each key starts, and how many edges bear it."""
+        """Return where each key starts, and how many edges carry it."""
         starts = np.flatnonzero(np.concatenate([[True], self.keys[1:] != self.keys[:-1]]))
         return starts, np.diff(np.append(starts, len(self.keys)))
 

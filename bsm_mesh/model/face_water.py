@@ -8,8 +8,8 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, show_only
 
-ON_LINE = 1e-6  # of a part's length: what is farther from a line does not lie on it
-NEAR = 0.5  # of a part's length: what is farther from it is on no part
+ON_LINE = 1e-6  # of a part's length: what is further from a line does not lie on it
+NEAR = 0.5  # of a part's length: what is further from it is on no part
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)

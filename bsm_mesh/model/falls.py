@@ -1,4 +1,4 @@
-"""What is done with blocks that come down: the run ends, or they are taken away and the others go on."""
+"""The treatment of unstable blocks: the run ends, or they are taken away and the others continue."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OnFall = Literal["stop", "remove"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Falls:
-    """What is done with blocks that come down.
+    """The treatment of unstable blocks.
 
     Attributes
     ----------
@@ -24,8 +24,8 @@ class Falls:
         Smaller blocks, by their share of the mean area (in space: volume), are taken away when they come loose, and do
         not count for the verdict: slivers of a mesh, chips. 0: every block counts.
     on_fall : {"stop", "remove"}
-        ``"stop"``: the stage is unstable, and the run ends. ``"remove"``: whatever comes down is listed and taken away,
-        as a roof is scaled, and the others go on: the stage is stable after falls where they come to rest.
+        ``"stop"``: the stage is unstable, and the run ends. ``"remove"``: every unstable block is listed and taken
+        away, as a roof is scaled, and the others continue: the stage is stable after falls where they reach rest.
 
     Examples
     --------
@@ -51,5 +51,5 @@ class Falls:
         return small
 
     def takes_away(self, small: BoolArray) -> bool:
-        """Return whether the run goes on without blocks that come down, (k,) of which are small."""
+        """Return whether the run continues without unstable blocks, (k,) of which are small."""
         return small.size > 0 and (self.on_fall == "remove" or bool(small.all()))

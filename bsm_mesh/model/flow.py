@@ -26,7 +26,7 @@ class Drain:
     start, end : (x, y) [m]
         Its ends.
     level : float or None [m]
-        Level of the water that stands in it; above, and everywhere by default (None), it is open to the air.
+        Level of the water that is in it; above, and everywhere by default (None), it is open to the air.
     """
 
     start: Point
@@ -147,8 +147,8 @@ class Flow:
     viscosity : float [Pa s]
         Its dynamic viscosity.
     coupling : {"two_way", "one_way"}
-        Whether apertures follow what the blocks do, which follow the water's pressure: both are solved by turns until
-        neither changes; or apertures are as given, but for grout.
+        Whether apertures follow what the blocks do, which follow the water's pressure: both are solved alternately
+        until neither changes; or apertures are as given, but for grout.
     tolerance : float
         Of a two-way coupling: pressures change by less in the last turn, over the greatest.
     max_rounds : int

@@ -79,7 +79,7 @@ def _two_kinds_of_water(model: Model) -> Iterator[str]:
 
 
 def _aperture_faults(model: Model, flow: Flow) -> Iterator[str]:
-    """Return what is wrong with the apertures of joints that faces bear."""
+    """Return the faults of the apertures of joints that faces carry."""
     for joint in used_joints(model):
         if joint.aperture is None:
             yield (

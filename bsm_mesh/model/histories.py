@@ -1,4 +1,4 @@
-"""Histories: what is recorded at every step, of points, extensometers, blocks, joints and bolts."""
+"""Histories: the record at every step, of points, extensometers, blocks, joints and bolts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KINDS = ("point", "line", "block", "joint", "bolt")
 
 @dataclass(frozen=True, kw_only=True)
 class History:
-    """What is recorded at every step under a name; exactly one of the other fields says of what.
+    """The record at every step under a name; exactly one of the other fields says of what.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class History:
     bolt : str, optional
         Greatest axial force in a bolt, by its name.
     measured : sequence of Beside
-        What is set beside it in pictures and the report, measured or of another program; it changes nothing else.
+        The values compared with it in pictures and the report, measured or of another program; it changes nothing else.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class History:
 
     @property
     def length(self) -> float:
-        """From the first point of a line to the farthest one [m]; 0 of the others."""
+        """From the first point of a line to the most distant one [m]; 0 of the others."""
         first, *others = self.points or ((0.0, 0.0),)
         return max((math.dist(first, other) for other in others), default=0.0)
 

@@ -102,7 +102,7 @@ class InSitu:
 
     @property
     def describes_field(self) -> bool:
-        """Whether the stress at a point follows from what is given here."""
+        """Whether the stress at a point follows from the input here."""
         return self.surface is not None or self.stress is not None
 
     def level(self, x: FloatArray) -> FloatArray:

@@ -52,7 +52,7 @@ def strength_in_stage(model: Model, number: int) -> dict[str, float]:
 
 
 def model_up_to(model: Model, number: int) -> Model:
-    """Return a model with its first stages, so many, without what is recorded and the bolts that later ones install."""
+    """Return a model with its first stages, so many, without the record and the bolts that later ones install."""
     stages = model.stages[:number]
     there = [None, *(stage.name for stage in stages)]
     bolts = [bolt for bolt in model.bolts if bolt.stage in there]

@@ -17,14 +17,14 @@ FARTHEST = 1e3  # m: slip by which all that wears off has worn off
 
 
 def law_faults(law: Any, *, tension: bool) -> list[str]:
-    """Return what is wrong with how a law answers, a sentence each: a law may be of the user's own.
+    """Return the faults of how a law answers, a sentence each: a law may be of the user's own.
 
     Parameters
     ----------
     law : object
-        What is given as a law.
+        The input as a law.
     tension : bool
-        Whether its contacts may bear tension, so that it is asked at negative pressures too.
+        Whether its contacts may carry tension, so that it is asked at negative pressures too.
     """
     who = f"the law {type(law).__name__}"
     if not callable(getattr(law, "respond", None)) or isinstance(law, type):
@@ -56,7 +56,7 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
 
 
 def dilation_faults(angle: float, slip: float | None, law: JointLaw | None) -> list[str]:
-    """Return what is wrong with a joint's dilation angle [degrees], which wears off on a slip [m], a sentence each."""
+    """Return the faults of a joint's dilation angle [degrees], which wears off on a slip [m], a sentence each."""
     if angle == 0:
         return [] if slip is None else [f"dilation_slip = {slip:g} m never acts: give dilation_angle, or leave it out"]
     if law is None:
@@ -97,7 +97,7 @@ def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:
 
 
 def _response_faults(answer: JointResponse, pressure: FloatArray, failed: BoolArray) -> list[str]:
-    """Return what is wrong with an answer about contacts, of which the first two do not touch."""
+    """Return the faults of an answer about contacts, of which the first two do not touch."""
 
     def where(bad: BoolArray) -> str:
         return f"at the pressure {pressure[np.flatnonzero(bad)[0]]:g} N/m"
@@ -122,5 +122,5 @@ def _response_faults(answer: JointResponse, pressure: FloatArray, failed: BoolAr
             "changes the state of contacts that do not touch: pressure and trial shear 0 must leave failed as it is"
         )
     if (failed & ~answer.failed).any():
-        faults.append("mends contacts that have failed: failed stays true")
+        faults.append("corrects contacts that have failed: failed stays true")
     return faults

@@ -2,7 +2,7 @@
 
 The elastic moduli of the Cassiar rocks in Table A.1 are ten times those of Table 8.3, which the analyses used:
 Table 8.3's are given where it has the rock, a tenth of A.1's otherwise. Argillite is in both, with other values:
-A.1's has a name of its own. Values of other rocks are the typical ones; their ranges, which stand beside them, are
+A.1's has a name of its own. Values of other rocks are the typical ones; their ranges, which are compared with them, are
 wide, and a project's own tests come first.
 
 Examples

@@ -1,4 +1,4 @@
-"""Loads as they are given, and the point forces on blocks that they stand for."""
+"""Loads as they are given, and the point forces on blocks that they represent."""
 
 from __future__ import annotations
 

@@ -104,9 +104,9 @@ class Rock:
     residual_friction, residual_cohesion : float or None [degrees, Pa]
         What is left of those faces' strength, as `MohrCoulomb` takes it; None: slip takes nothing away.
     softening_slip : float or None [m]
-        Slip over which strength falls to what is left; None: at the first slip.
+        Slip over which strength falls to its residual value; None: at the first slip.
     residual_tensile_strength : float [Pa]
-        Tension that faces still bear once they have failed by slip; one that has opened bears none.
+        Tension that faces still carry once they have failed by slip; one that has opened carries none.
     zones : Zones or None
         Triangles that its blocks are divided into, with `young` and `poisson`; None: its blocks are rigid.
 
@@ -207,12 +207,12 @@ class Joint:
         Strength: `Patton`, `MohrCoulomb`, `BartonBandis`, or a law of your own (`bsm_mesh.model.joint_laws`); None:
         elastic.
     tensile_strength : float [Pa]
-        Tension the joint bears until it breaks; belongs to a law.
+        Tension the joint carries until it breaks; belongs to a law.
     residual_tensile_strength : float [Pa]
-        Tension it still bears once it has failed by slip; where it has opened it bears none.
+        Tension it still carries once it has failed by slip; where it has opened it carries none.
     dilation_angle : float [degrees]
-        By which its walls part as they slide, to and fro, over the first `dilation_slip`; 0: they do not. Strength is
-        the law's own, and at least as much as the angle takes at every pressure.
+        By which its walls part as they slide, back and forth, over the first `dilation_slip`; 0: they do not.
+        Strength is the law's own, and at least as much as the angle takes at every pressure.
     dilation_slip : float or None [m]
         Slip after which dilation has worn off; needed with `dilation_angle`.
     crushing_strength : float or None [Pa]
@@ -372,7 +372,7 @@ def residual_tension_between(one: Rock, other: Rock) -> float:
 
 
 def _residual_tension_faults(residual: float, peak: float, law: JointLaw | None) -> list[str]:
-    """Return what is wrong with the tensile strength that slip leaves [Pa] of a peak one, a sentence each."""
+    """Return the faults of the tensile strength that slip leaves [Pa] of a peak one, a sentence each."""
     if residual > peak:
         return [
             f"residual_tensile_strength = {residual:g} Pa is above tensile_strength = {peak:g} Pa: a joint grows no "

@@ -59,7 +59,7 @@ class Model:
     joints : tuple of Joint
         A joint for every name in ``blocks.joint_names``.
     default_joint : str or None
-        Joint of every face that bears none; None: such faces are unjointed rock.
+        Joint of every face that carries none; None: such faces are unjointed rock.
     supports : tuple of support
         `Fixed`, `Roller`, `NormalRoller`, `PrescribedDisplacement`.
     loads : tuple of load
@@ -85,9 +85,9 @@ class Model:
     stages : tuple of Stage
         What is taken away, put back and changed, in this order.
     histories : tuple of History
-        What is recorded at every step; it changes nothing of what comes out.
+        The record at every step; it changes nothing of the result.
     options : Options or None
-        How `bsm_mesh.run` solves it where it is not told otherwise: of a model file, what its ``[solver]`` says.
+        How `bsm_mesh.run` solves it unless stated otherwise: of a model file, what its ``[solver]`` says.
     title : str
         For tables and pictures.
 
@@ -186,7 +186,7 @@ class Model:
         Parameters
         ----------
         window : (x0, y0, x1, y1), optional [m]
-            What is seen.
+            The visible part.
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
         """

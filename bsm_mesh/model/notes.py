@@ -1,4 +1,4 @@
-"""What is allowed in a model but may be a slip: told with the results and by ``bsm-mesh check``, a sentence each."""
+"""Allowed but unusual input of a model: reported with the results and by ``bsm-mesh check``, a sentence each."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from bsm_mesh.model.supports import Fixed, unit_vector
 from bsm_mesh.model.unused import unused_in, used_joints, used_rocks
 from bsm_mesh.model.water import Water
 
-SIDEWAYS = 0.5  # of gravity, upwards: farther than 60 degrees off is most likely another unit, or a sign
+SIDEWAYS = 0.5  # of gravity, upwards: more than 60 degrees off is most likely another unit, or a sign
 SMALLEST, GREATEST = 0.1, 2e3  # m: beyond specimens and the greatest slopes (1 km high) the unit is most likely another
 
 
@@ -116,7 +116,7 @@ def _beyond_apex(thing: str, tensile_strength: float, cohesion: float, law: Mohr
 
 
 def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
-    """Return how many faces bear neither a joint nor, on either side, a rock with strength.
+    """Return how many faces carry neither a joint nor, on either side, a rock with strength.
 
     Those on the outline of what a stage takes away do not count: the rock is whole there until then.
     """
@@ -205,7 +205,7 @@ def _of_ground(model: Model) -> Iterator[str]:
 
 
 def _waters(model: Model) -> Iterator[tuple[str, Water]]:
-    """Return the groundwater of the start and of the stages, and where it stands."""
+    """Return the groundwater of the start and of the stages, and where it is stable."""
     if model.water is not None:
         yield "water", model.water
     for stage in model.stages:
@@ -214,7 +214,7 @@ def _waters(model: Model) -> Iterator[tuple[str, Water]]:
 
 
 def _flows(model: Model) -> Iterator[tuple[str, Flow | FlowChange]]:
-    """Return the flow of the start and what stages change of it, and where it stands."""
+    """Return the flow of the start and what stages change of it, and where it is stable."""
     if model.flow is not None:
         yield "flow", model.flow
     for stage in model.stages:

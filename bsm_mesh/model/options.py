@@ -33,14 +33,14 @@ class Options:
         A block with a larger displacement is unstable; None: the size of the model.
     sliding_stiffness : float
         ``"wang"``: least part of their shear stiffness that sliding contacts keep in the stiffness matrix; it halves
-        from cycle to cycle down to that. 1 keeps all of it; the less, the farther a cycle moves sliding blocks.
+        from cycle to cycle down to that. 1 keeps all of it; the less, the further a cycle moves sliding blocks.
     linear_solver : {"auto", "pardiso", "superlu", "cluster"}
         ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which. ``"cluster"``:
         Pardiso on MPI ranks (`bsm_mesh.solve.cluster`).
     threads : int
         Threads of the linear solver, of every MPI rank, and of explicit cycles; 0: as many as there are cores.
     falls : Falls
-        What is done with blocks that come down.
+        The treatment of unstable blocks.
 
     Examples
     --------

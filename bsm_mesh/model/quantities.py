@@ -1,8 +1,8 @@
 """Every number that a model may hold: its unit, its range and what is usual. Each range stands here and nowhere else.
 
-A dataclass bears a quantity at its field, ``young: Annotated[float, YOUNG]``, and `bsm_mesh.model.values.Rules` holds
+A dataclass carries a quantity at its field, ``young: Annotated[float, YOUNG]``, and `bsm_mesh.model.values.Rules` holds
 it to the range; the tables of the model file and its JSON Schema take the same object. Ranges are generous: what lies
-beyond is a slip of the pen, or more than double precision bears. What is allowed but not usual is noted
+beyond is a slip of the pen, or more than double precision carries. What is allowed but not usual is noted
 (`bsm_mesh.model.notes`), for a factor of a thousand is the commonest slip of all.
 """
 
@@ -20,7 +20,7 @@ from bsm_mesh.model.quantity import Quantity
 
 @cache
 def quantities_of(owner: type[Any]) -> dict[str, tuple[Quantity, bool]]:
-    """Return the quantity of every field of a dataclass that bears one, and whether None may stand in its place."""
+    """Return the quantity of every field of a dataclass that carries one, and whether None may are in its place."""
     if not is_dataclass(owner):  # a law of the user's own
         return {}
     found: dict[str, tuple[Quantity, bool]] = {}

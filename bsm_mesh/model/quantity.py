@@ -1,6 +1,6 @@
 """A kind of number: its unit, its range, and how a number of it is read: ``"6.89 GPa"``, ``"26 kN/m^3"``, 35.
 
-A dataclass bears it at its field, ``young: Annotated[float, YOUNG]``. Pydantic reads the field of a model file by it.
+A dataclass carries it at its field, ``young: Annotated[float, YOUNG]``. Pydantic reads the field of a model file by it.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Quantity:
         return f"must be {whole}{self.span}{example}" + (f"; {self.why}" if self.why else "")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Read a number of a model file, or a text with a unit, where a type bears this quantity."""
+        """Read a number of a model file, or a text with a unit, where a type carries this quantity."""
         from pydantic_core import core_schema
 
         return core_schema.no_info_plain_validator_function(lambda value: convert(value, self))

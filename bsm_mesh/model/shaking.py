@@ -69,7 +69,7 @@ class Shaking:
     mass_damping : (ratio, frequency) or None [-, Hz]
         Part of critical damping, at a frequency, of a drag on all blocks by their masses; None: none.
     time_step : float
-        Part of the stable time step that is taken. The error of the energy balance goes with its square.
+        Part of the stable time step that is taken. The error of the energy balance belongs to its square.
     mass_scaling : float
         Blocks may be heavier than real by this factor at most, for a longer time step; 1: never.
     max_imbalance : float

@@ -89,7 +89,7 @@ class Stage:
         rules.name(self.name)
         if isinstance(self.name, str) and self.name == INITIAL:
             rules.faults.append(
-                f"stage '{INITIAL}': the name stands for the state before the first stage; choose another"
+                f"stage '{INITIAL}': the name represents the state before the first stage; choose another"
             )
         for name in ("excavate", "fill"):
             object.__setattr__(self, name, _regions(getattr(self, name), name, rules))

@@ -1,4 +1,4 @@
-"""What a model cannot begin with, told from what is given alone; a run refuses it, and so does ``bsm-mesh check``."""
+"""What a model cannot begin with, told from the input alone; a run refuses it, and so does ``bsm-mesh check``."""
 
 from __future__ import annotations
 

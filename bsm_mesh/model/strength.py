@@ -1,7 +1,7 @@
 """Strength that is a part of the given one: of joint laws, of joints and rocks of a model, of its bolts.
 
 A factor of safety divides by it the tangent of every friction angle and every cohesion (strength reduction); a stage
-multiplies by what weathering or rain leaves. Tensile strength goes with them.
+multiplies by what weathering or rain leaves. Tensile strength belongs to them.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ def strength_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
 
 
 def _name_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
-    """Return what is wrong with factors of strength and with what they name."""
+    """Return the faults of factors of strength and with what they name."""
     rules = Rules("strength")
     given = rules.mapping("factors", factors)
     joints = {joint.name: joint.law is not None for joint in model.joints}
@@ -238,10 +238,10 @@ def _rock_at(rock: Rock, part: float) -> Rock:
 
 
 def with_bolt_capacities(model: Model, factor: float) -> Model:
-    """Return a model whose bolts bear other forces: all that limits them is multiplied by a factor.
+    """Return a model whose bolts carry other forces: all that limits them is multiplied by a factor.
 
-    That is yield and anchorage, bond, plate and bearing strength; stiffness stays. Where a bolt no longer bears its
-    pretension, that is what it bears.
+    That is yield and anchorage, bond, plate and bearing strength; stiffness stays. Where a bolt no longer carries its
+    pretension, that is its load.
 
     Raises
     ------

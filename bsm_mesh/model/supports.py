@@ -1,4 +1,4 @@
-"""Supports as they are given, and the single bars (Wang Fig. 3.13) that they stand for."""
+"""Supports as they are given, and the single bars (Wang Fig. 3.13) that they represent."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Target:
 
 
 def _block_numbers(value: object, rules: Rules) -> tuple[int, ...]:
-    """Return block numbers; note what is wrong with them."""
+    """Return block numbers; note the fault with them."""
     try:
         numbers = np.atleast_1d(np.asarray(value))
     except ValueError:  # lists of unequal lengths

@@ -38,14 +38,14 @@ def used_rocks(model: Model) -> list[Rock]:
 
 
 def used_joints(model: Model) -> list[Joint]:
-    """Return the joints that edges bear, and the default one."""
+    """Return the joints that edges carry, and the default one."""
     numbers = np.unique(model.blocks.edge_joint)
     names = {model.blocks.joint_names[k] for k in numbers[numbers >= 0]} | {model.default_joint}
     return [joint for joint in model.joints if joint.name in names]
 
 
 def unused_bolts(model: Model) -> BoolArray:
-    """Return which bolts lie in a single block, and bear nothing, (n_bolts,)."""
+    """Return which bolts lie in a single block, and carry nothing, (n_bolts,)."""
     if not model.bolts:
         return np.zeros(0, dtype=np.bool_)
     passed = pass_blocks(model.bolts, model.blocks, model.stages)
@@ -59,7 +59,7 @@ def unused_bolts(model: Model) -> BoolArray:
 def in_single_blocks(model: Model, bolts: Sequence[int]) -> str:
     """Return a sentence on bolts that lie in a single block each, by their numbers in the model."""
     named = ", ".join(label(model.bolts, k) for k in bolts[:3]) + (", ..." if len(bolts) > 3 else "")
-    each = "lies in a single block and bears" if len(bolts) == 1 else "lie in a single block each and bear"
+    each = "lies in a single block and carries" if len(bolts) == 1 else "lie in a single block each and carry"
     return f"{counted(len(bolts), 'bolt')} {each} nothing ({named})"
 
 

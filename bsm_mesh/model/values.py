@@ -31,7 +31,7 @@ def is_number(value: object) -> bool:
 
 
 def is_infinite(value: object) -> bool:
-    """Return whether `value` is infinity, which stands for no limit where a key says so."""
+    """Return whether `value` is infinity, which represents no limit where a key says so."""
     return isinstance(value, float | np.floating) and value == math.inf
 
 
@@ -67,14 +67,14 @@ def is_plain(name: str) -> bool:
 
 
 class Rules:
-    """Collects what is wrong with the values of one named thing.
+    """Collects the fault with the values of one named thing.
 
     Parameters
     ----------
     thing : str
         What the values belong to, for example ``"rock"``.
     name : object, optional
-        Its name, which stands behind if it is a text.
+        Its name, which is behind if it is a text.
     """
 
     def __init__(self, thing: str, name: object = "") -> None:
@@ -82,7 +82,7 @@ class Rules:
         self.faults: list[str] = []
 
     def numbers(self, owner: Any, *, without: Collection[str] = ()) -> None:
-        """Hold every field of a dataclass that bears a `Quantity` to its range."""
+        """Hold every field of a dataclass that carries a `Quantity` to its range."""
         owner_type: type = type(owner)
         for name, (quantity, optional) in quantities_of(owner_type).items():
             if name not in without:
@@ -176,7 +176,7 @@ class Rules:
         name : str
             Of the list.
         value : object
-            What is given.
+            The input.
         *kinds : type
             The classes.
         derived : tuple of type
@@ -202,7 +202,7 @@ class Rules:
 
 
 def line(value: Any, name: str, rules: Rules) -> Points:
-    """Return the points of a line that runs from left to right; note what is wrong with it."""
+    """Return the points of a line that runs from left to right; note the fault with it."""
     points = parts_of(value)
     if not points:
         rules.faults.append(

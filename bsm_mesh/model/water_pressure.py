@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class WaterLoad:
-    """The water's forces on the blocks of a model, wherever they stand.
+    """The water's forces on the blocks of a model, wherever they are stable.
 
     Parameters
     ----------
     model : Model
-        What is given: its ``water`` and ``face_water`` may be None; with neither all forces are zero.
+        The input: its ``water`` and ``face_water`` may be None; with neither all forces are zero.
     """
 
     def __init__(self, model: Model) -> None:
@@ -83,7 +83,7 @@ class WaterLoad:
         return -change
 
     def recorded(self) -> dict[str, Any]:
-        """Return what is kept of the water with a stage's result: fields of `StageResult` by their names."""
+        """Return the kept part of the water with a stage's result: fields of `StageResult` by their names."""
         table, factor = self.surface.between(*self.blocks.extent)
         return {
             "water_table": table,

@@ -1,4 +1,4 @@
-"""From the model file to the model; every fault of the file is told at once."""
+"""From the model file to the model; every fault of the file is reported at once."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class LoadedModel:
     options : Options
         How it is to be solved.
     notes : tuple of str
-        What was mended or left out of the mesh, and what of the file may be a slip, a line each.
+        Repairs and omissions of the mesh, and what of the file may be a slip, a line each.
     mesh_lines : tuple of str
         What was found in the mesh, a line each, the notes included.
     dangling : mapping of str to int
@@ -120,7 +120,7 @@ def inputs_of(file: ModelFile | SpaceFile, path: Path) -> list[Path]:
 def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     """Return the model of a model file, with its ``[solver]`` as ``model.options``.
 
-    What was mended in its mesh is warned of (`MeshWarning`).
+    Repairs of its mesh are warnings (`MeshWarning`).
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def build_model(
 def _loaded(
     file: ModelFile, path: Path, reach: Reach, model: Model, report: MeshReport, beside: tuple[str, ...]
 ) -> LoadedModel:
-    """Return a model with what was found in its mesh, and what is to be noted beside that."""
+    """Return a model with what was found in its mesh, and what is to be noted in addition."""
     assert model.options is not None
     return LoadedModel(
         path=path,

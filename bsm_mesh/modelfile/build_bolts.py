@@ -31,7 +31,7 @@ def make_bolts(
     table : BoltTable
         The table.
     place : str
-        Where it stands, for messages.
+        Where it is stable, for messages.
     blocks : Blocks
         For rows along a boundary.
     curves : mapping of str to (n, 2, 2) float64 [m]
@@ -42,7 +42,7 @@ def make_bolts(
     Raises
     ------
     ModelError
-        With what is wrong, and where.
+        With the fault, and where.
     """
     given = [name for name in PLACES if getattr(table, name) is not None]
     if given != ["start", "end"] and (len(given) != 1 or given[0] in ("start", "end")):

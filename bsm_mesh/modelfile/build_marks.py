@@ -77,7 +77,7 @@ def _lines(along: Any, reach: Reach) -> list[FloatArray]:
 
 @contextmanager
 def geometry_faults() -> Iterator[None]:
-    """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
+    """Raise the faults with a geometry as a `ModelError`, as all bad input is."""
     from bsm_mesh.geometries.errors import GeometryError
 
     try:

@@ -94,7 +94,7 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
 
 @contextmanager
 def stdout_to_stderr() -> Iterator[None]:
-    """Lead what is printed on stdout to stderr, also what Gmsh prints past Python, its hundreds of Info lines aside."""
+    """Redirect stdout to stderr, also of Gmsh's own output, without its Info lines."""
     if sys.stdout is not None:
         sys.stdout.flush()
     with unnamed_file() as printed:

@@ -113,7 +113,7 @@ def _foreign(name: str, key: str) -> str:
 
 
 def make_history(table: HistoryTable, reach: Reach, stage_names: Sequence[str]) -> History:
-    """Return what is recorded, and what is set beside it; stages by their names."""
+    """Return the record, and the values compared with it; stages by their names."""
     from bsm_mesh.converters.beside_files import read_beside
 
     values = [read_beside(reach.path(name, "measured"), table.name) for name in table.measured]
@@ -132,7 +132,7 @@ def make_supports(table: SupportTable, place: str) -> list[Support]:
     if sum(value is not None for value in where.values()) != 1:
         raise ModelError(f"{place}: say where it holds: exactly one of boundary, blocks, point")
     if (table.fix is None) == (table.direction is None):
-        raise ModelError(f"{place}: say what it holds: fix, or direction (with displacement for a given movement)")
+        raise ModelError(f"{place}: say its content: fix, or direction (with displacement for a given movement)")
     if table.direction is not None:
         if table.displacement is None:
             return [Roller(**where, direction=table.direction)]

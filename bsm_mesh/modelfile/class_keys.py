@@ -79,7 +79,7 @@ def descriptions_of(owner: type) -> dict[str, str]:
     --------
     >>> from bsm_mesh.model import Rock
     >>> descriptions_of(Rock)["softening_slip"]
-    'Slip over which strength falls to what is left; left out: at the first slip'
+    'Slip over which strength falls to its residual value; left out: at the first slip'
     """
     return dict(_descriptions(inspect.getdoc(owner) or ""))
 

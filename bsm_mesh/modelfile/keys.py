@@ -1,4 +1,4 @@
-"""Keys of a model file: the way to a place in its content, and the kind of number that stands there."""
+"""Keys of a model file: the way to a place in its content, and the kind of number that is there."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _is_table(schema: Any) -> bool:
 
 
 def _bare(annotation: Any) -> Any:
-    """Return a type without what is said of it, and without that it may be left out."""
+    """Return a type without the description of it, and without that it may be left out."""
     if get_origin(annotation) is Annotated:
         return _bare(get_args(annotation)[0])
     kinds = [kind for kind in get_args(annotation) if kind is not NoneType]

@@ -57,7 +57,7 @@ class MeshTable(Table):
     blocks: Literal["elements", "regions"] = Field(
         default="elements", description="every element is a rigid block, or every region between joints is one"
     )
-    default_joint: str | None = Field(default=None, description="joint of every face that bears none")
+    default_joint: str | None = Field(default=None, description="joint of every face without one")
     allow_unused: bool = Field(
         default=False, description="true: what the file names and is nowhere in the mesh is noted, not an error"
     )

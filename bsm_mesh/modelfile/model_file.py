@@ -1,4 +1,4 @@
-"""The model file read: faults told by key and place."""
+"""The model file read: faults reported by key and place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The model file's tables: a typed schema of what may stand in it."""
+"""The model file's tables: a typed schema of what may are in it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Fix = Annotated[
 
 
 class SupportTable(Table):
-    """A support: where (one of boundary, blocks, point) and what it holds (fix, or direction)."""
+    """A support: where (one of boundary, blocks, point) and its content (fix, or direction)."""
 
     boundary: str | None = None
     blocks: list[Annotated[int, q.BLOCK]] | None = Field(default=None, min_length=1)
@@ -203,7 +203,7 @@ OneOrSeveral = Annotated[
 
 @keys_of(History)
 class HistoryTable(Table):
-    """What is recorded at every step: exactly one of point, line, block, joint, bolt."""
+    """The record at every step: exactly one of point, line, block, joint, bolt."""
 
     name: str = Field(description="the file is history_NAME.csv: letters, digits and _ . + -")
     point: Point | None = Field(default=None, description="displacement of a point")
@@ -212,7 +212,7 @@ class HistoryTable(Table):
     )
     block: Annotated[int, q.BLOCK] | None = Field(default=None, description="displacement and rotation of a block")
     measured: OneOrSeveral = Field(
-        default_factory=list, description="tables (CSV) of values to be set beside it, relative to the model file"
+        default_factory=list, description="tables (CSV) of values to be compared with it, relative to the model file"
     )
 
 
@@ -223,7 +223,7 @@ class SolverTable(Table):
 
 @keys_of(Falls)
 class FallsTable(Table):
-    """What is done with blocks that come down."""
+    """The treatment of unstable blocks."""
 
 
 class OutputTable(Table):
@@ -248,11 +248,11 @@ class ReportTable(Table):
 
     project: str = ""
     author: str = ""
-    date: str = Field(default="", description="as it is to stand there")
+    date: str = Field(default="", description="as it is to be there")
 
 
 class ModelFile(Table):
-    """A bsm-mesh model file. Numbers are SI, angles in degrees; a text bears its unit: "6.89 GPa"."""
+    """A bsm-mesh model file. Numbers are SI, angles in degrees; a text has its unit: "6.89 GPa"."""
 
     schema_version: Literal[1] = Field(default=1, description="form of this file; one that is newer is refused")
     title: str = ""

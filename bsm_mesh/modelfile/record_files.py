@@ -24,7 +24,7 @@ def read_record(path: Path, quantity: MotionQuantity) -> Series:
     Raises
     ------
     ModelError
-        If it is no such table, or no number stands where one is to be.
+        If it is no such table, or no number is where one is to be.
     """
     if path.suffix.lower() == ".at2":
         return _of_peer(path, quantity)
@@ -51,7 +51,7 @@ def _column(rows: Rows, name: str, units: dict[str, float], example: str, faults
 
 
 def _of_peer(path: Path, quantity: MotionQuantity) -> Series:
-    """Return the record of a file of PEER: accelerations in g, at times that its header tells."""
+    """Return the record of a file of PEER: accelerations in g, at times that its header says."""
     if quantity != "acceleration":
         raise ModelError(f"{path}: an .at2 file holds accelerations; remove quantity = '{quantity}'")
     lines = read_text(path).splitlines()

@@ -41,7 +41,7 @@ class RockBoxTable(Table):
         description="lower south-west and upper north-east corner"
     )
     rock: str | None = Field(default=None, description="its rock; the only one where there is one")
-    default_joint: str | None = Field(default=None, description="joint of faces between blocks that bear none")
+    default_joint: str | None = Field(default=None, description="joint of faces between blocks that carry none")
     seed: Annotated[int, q.SEED] = Field(default=0, description="of the random numbers")
     contact_points: Literal["both", "corners"] = Field(
         default="both", description="of every face: corners and centroid, or corners"
@@ -123,7 +123,9 @@ class KeyBlocksTable(Table):
     required: Annotated[float, q.REQUIRED_FACTOR] = Field(
         default=1.0, description="factor that the support pressure brings"
     )
-    rounds: Annotated[int, q.ROUNDS] = Field(default=1, description="rounds; what comes down is taken away in each")
+    rounds: Annotated[int, q.ROUNDS] = Field(
+        default=1, description="rounds; every unstable block is taken away in each"
+    )
     free: list[str] = Field(default_factory=list, description="sides of the box that are free: top, east, ...")
     gravity: Annotated[list[Annotated[float, q.GRAVITY_PART]], Field(min_length=3, max_length=3)] | None = Field(
         default=None, description="force over weight [east, north, up]; [0, 0, -1] by default"
@@ -197,7 +199,7 @@ class SpaceStageTable(Table):
 
 
 class SpaceFile(Table):
-    """A model file of three dimensions. Numbers are SI, angles in degrees; a text bears its unit."""
+    """A model file of three dimensions. Numbers are SI, angles in degrees; a text has its unit."""
 
     schema_version: Literal[1] = 1
     dimensions: Literal[3]

@@ -19,7 +19,7 @@ from bsm_mesh.modelfile.model_tables import ModelFile
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
 
-CURE = "correct its name or place, leave it out, or go on without it by [mesh] allow_unused = true"
+CURE = "correct its name or place, leave it out, or continue without it by [mesh] allow_unused = true"
 
 
 def unused_notes(file: ModelFile, model: Model, report: MeshReport, bolts: Sequence[Sequence[Bolt]]) -> tuple[str, ...]:

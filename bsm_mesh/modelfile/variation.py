@@ -41,7 +41,7 @@ class Variation:
 
     A key is the way to it: ``joint.J1.friction``, ``gravity.direction``, ``mesh.parameters.seed``. Of what may stand
     more than once the number from 1, or the name, says which: ``load.1.pressure``, ``stage.crown.pressure``; so does
-    the number of a value in a list: ``load.1.traction.2``. A name with a dot in it stands in quotes:
+    the number of a value in a list: ``load.1.traction.2``. A name with a dot in it is in quotes:
     ``joint."J1.5".friction``. A key that the file leaves out may be given, a table of keys as well.
 
     It pickles small: what was read goes along, the mesh is read or built anew where it arrives, once.
@@ -136,7 +136,7 @@ class Variation:
             )
 
     def quantity(self, key: str) -> Quantity | None:
-        """Return what kind of number a name stands for; None where a key holds something else, or several kinds.
+        """Return what kind of number a name represents; None where a key holds something else, or several kinds.
 
         Raises
         ------

@@ -34,7 +34,7 @@ class CellValues:
     values : (k,) float64
         The numbers, SI.
     names : tuple of str
-        What the values 0, 1, ... stand for, where they stand for something.
+        What the values 0, 1, ... represent, where they represent something.
     """
 
     name: str
@@ -98,7 +98,7 @@ def _names(kind: str, name: str, given: Names) -> tuple[str, ...]:
     known = {
         **given,
         "status": tuple(state.name.lower() for state in states),
-        "unstable": ("stays", "comes down"),
+        "unstable": ("stays", "falls"),
         "alive": ("not there", "there"),
     }
     return known.get(name, ())

@@ -38,7 +38,7 @@ def model_html(model: Model) -> str:
 
 
 def results_html(results: Results) -> str:
-    """Return a summary of results: the verdict and the numbers that one asks for first, every stage, what came down."""
+    """Return a summary of results: the verdict and the numbers that one asks for first, every stage, what fell."""
     parts = [_table((), describe(results))]
     if len(results.stages) > 1:
         parts.append(_table(STAGE_HEADER, stage_rows(results)))

@@ -54,9 +54,9 @@ def write_paraview(out: Path) -> Path:
 
 
 def _movements(saved: SavedResults) -> tuple[float, float, float]:
-    """Return the greatest displacement of a block that does not come down [m], the factor on movements, the size [m].
+    """Return the greatest displacement of a block that does not fall [m], the factor on movements, the size [m].
 
-    Where blocks come down all is drawn true to scale.
+    Where blocks fall all is drawn true to scale.
     """
     grids = [saved.grid(frame.file("blocks"), needs=("displacement",)) for frame in frames_in(saved) if frame.is_end]
     blocks = saved.blocks()

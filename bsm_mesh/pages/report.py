@@ -30,7 +30,7 @@ class ReportFields:
     Attributes
     ----------
     project, author, date : str
-        As they are to stand there.
+        As they are to be there.
     picture : Path or None
         An overview of one's own, PNG; by default the picture of the model.
     """

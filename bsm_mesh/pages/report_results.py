@@ -35,8 +35,8 @@ from bsm_mesh.text.tables import describe, engineering, fall_header, fall_rows, 
 ASSUMPTIONS = (
     "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
     "Blocks are rigid; rock and joints deform in the springs of their contacts (Wang 1992).",
-    "Joints slip and open by their laws, and bear no tension beyond the strength that is given.",
-    "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or come down.",
+    "Joints slip and open by their laws, and carry no tension beyond the strength that is given.",
+    "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or fall.",
 )
 PNG = b"\x89PNG\r\n\x1a\n"  # how every such file begins
 OVERVIEW = "model"  # the picture on the first page
@@ -81,7 +81,7 @@ def content_of(out: Path) -> dict[str, Any]:
 
 
 def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
-    """Return what the page tells of a stage."""
+    """Return the part of the page on a stage."""
     moved = np.hypot(*stage.stage_displacement[:, :2].T) * stage.counts
     most = int(moved.argmax())
     at = place(results.blocks.moments.centroid[most].round(2))  # to the centimetre
@@ -91,7 +91,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     rows.append(("contacts", f"{len(stage.contacts.length)}"))
     rows.append(("residual: block most out of balance", residual_text(results, stage)))
     if stage.unstable_blocks.size:
-        rows.append(("blocks that come down", numbered("block", stage.unstable_blocks)))
+        rows.append(("unstable blocks", numbered("block", stage.unstable_blocks)))
     rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]
     if stage.flow is not None:
         met = np.bincount(stage.flow.place[stage.flow.place >= 0], minlength=len(stage.flow.places)).tolist()
@@ -145,7 +145,7 @@ def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
 
 
 def picture_data(path: Path) -> str:
-    """Return a picture as text, to stand in the page itself.
+    """Return a picture as text, to are in the page itself.
 
     Raises
     ------

@@ -56,7 +56,7 @@ class State:
     layers : dict of str to Layer
         By kind.
     unstable : (k,) int32
-        Blocks that come down.
+        Blocks that fall.
     """
 
     frame: Frame
@@ -81,11 +81,11 @@ class ViewData:
     units : dict of str to dict of str to str
         By kind and array.
     names : dict of str to dict of str to tuple of str
-        What numbers stand for, by kind and array.
+        What numbers represent, by kind and array.
     bolt_names : tuple of str
         Names of the bolts.
     falls : list of dict
-        What came down, a row a block: ``block``, ``stage``, ``area`` [m2], ``weight`` [N/m], ``x``, ``y`` [m] as given.
+        What fell, a row a block: ``block``, ``stage``, ``area`` [m2], ``weight`` [N/m], ``x``, ``y`` [m] as given.
     """
 
     blocks: Blocks
@@ -221,7 +221,7 @@ def _without_zeros(states: list[State]) -> list[State]:
 
 
 def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dict[str, Any]]:
-    """Return what came down: what was taken away in a stage, and what comes down at its end."""
+    """Return what fell: what was taken away in a stage, and every unstable block at its end."""
     rows = []
     for number, told in enumerate(saved.told["stages"]):
         for fall in told.get("falls", ()):
@@ -236,7 +236,7 @@ def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dic
 
 
 def _fallen(blocks: Blocks, state: State, block: int) -> dict[str, Any]:
-    """Return what is told of a block that comes down at the end of a stage; loads that act on it are in its weight."""
+    """Return the record of an unstable block at the end of a stage; loads that act on it are in its weight."""
     arrays, nothing = state.layers["blocks"].arrays, np.zeros(blocks.count)
     weight = float(arrays.get("water y", nothing)[block] - arrays.get("load y", nothing)[block])
     x, y = blocks.moments.centroid[block].tolist()

@@ -29,7 +29,7 @@ HOLDS, SLACK, ABSENT = "#6e6e6e", "#b0b0b0", "#ffffff"
 STATES = {"joints": (HOLDS, SLIPS, OPENS), "bolts": (SLACK, BOLTS, SLIPS, FALLS, ABSENT)}  # by status
 PAPER = "#efeae0"
 SIDE, WIDTH = 340, 300  # pixels: the column beside the plot, and what is in it
-FALL_TITLES = {  # of the list of what comes down: titles, and widths in pixels
+FALL_TITLES = {  # of the list of every unstable block: titles, and widths in pixels
     "block": ("block", 40),
     "stage": ("stage", 64),
     "area": ("m2", 56),
@@ -38,7 +38,7 @@ FALL_TITLES = {  # of the list of what comes down: titles, and widths in pixels
     "y": ("y, m", 44),
 }
 HOW_TO = (
-    "Drag to move, turn the wheel to zoom; a click on a block, joint or bolt tells its numbers. "
+    "Drag to move, turn the wheel to zoom; a click on a block, joint or bolt shows its numbers. "
     "Forces are per metre of thickness, those of bolts for one bolt; stresses are positive in tension."
 )
 
@@ -167,7 +167,7 @@ def _water(plot: Any) -> dict[str, Any]:
 
 
 def _marks(plot: Any) -> dict[str, Any]:
-    """Add the outlines of blocks that come down with their numbers, and that of what is chosen."""
+    """Add the outlines of unstable blocks with their numbers, and that of what is chosen."""
     from bokeh.models import ColumnDataSource
 
     down = ColumnDataSource(data={"xs": [], "ys": [], "x": [], "y": [], "text": []})
@@ -217,7 +217,7 @@ def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
 
 
 def _list_of_falls(data: ViewData) -> Any:
-    """Return the table of the blocks that come down; it is not there where none does."""
+    """Return the table of the unstable blocks; it is not there where none does."""
     from bokeh.models import ColumnDataSource, DataTable, NumberFormatter, StringFormatter, TableColumn
 
     columns = {name: [row[name] for row in data.falls] for name in FALL_TITLES}
@@ -244,7 +244,7 @@ def _list_of_falls(data: ViewData) -> Any:
 
 
 def _greatest(state: State) -> float:
-    """Return the greatest movement of a block that does not come down [m]."""
+    """Return the greatest movement of a block that does not fall [m]."""
     u, v, _ = (state.layers["blocks"].arrays[name] for name in MOTION)
     size = np.nan_to_num(np.hypot(u, v))
     size[state.unstable] = 0.0
@@ -252,7 +252,7 @@ def _greatest(state: State) -> float:
 
 
 def _usual(data: ViewData) -> float:
-    """Return the factor with which the page opens; true to scale where blocks come down."""
+    """Return the factor with which the page opens; true to scale where blocks fall."""
     if data.falls:
         return 1.0
     there = ((state, np.flatnonzero(np.isfinite(state.layers["blocks"].arrays["rotation"]))) for state in data.states)

@@ -44,7 +44,7 @@ ROCK, EDGE, START = "#c9d8ea", "#33475b", "#b9b2a3"
 def animate(folder: Path) -> Path:
     """Draw the snapshots of a results folder as ``pictures/movement.gif``, true to scale, and return its path.
 
-    At most `MOST_FRAMES` of them, evenly chosen; blocks that come down are red from the start.
+    At most `MOST_FRAMES` of them, evenly chosen; unstable blocks are red from the start.
     """
     added, saved = AddedFiles(folder), SavedResults(folder)
     saved.refuse_space("plot")
@@ -182,11 +182,11 @@ def _add_start(axes: Any, grid: Grid) -> None:
 
 
 def _add_blocks(axes: Any, grid: Grid, factor: float, down: IntArray) -> Any:
-    """Draw the blocks moved by so many times their displacement, those that come down in another colour."""
+    """Draw the blocks moved by so many times their displacement, those that fall in another colour."""
     from matplotlib.collections import PolyCollection
 
     falls = np.isin(grid.cell_data["block_id"], down)
-    order = np.argsort(falls, kind="stable")  # what comes down lies in front
+    order = np.argsort(falls, kind="stable")  # every unstable block lies in front
     outlines = _polygons(grid, factor)
     drawn = PolyCollection(
         [outlines[k] for k in order.tolist()],

@@ -1,4 +1,4 @@
-"""What is set beside the histories of a run: tables of values, and other runs."""
+"""The values compared with the histories of a run: tables of values, and other runs."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from bsm_mesh.results.results import Results, Source
 
 
 def with_sources(results: Results, given: Mapping[str, Source] | Sequence[Source] | Source) -> Results:
-    """Return results with tables of values, or other runs, set beside their histories.
+    """Return results with tables of values, or other runs, compared with their histories.
 
     Parameters
     ----------
     results : Results
-        What came out.
+        The result.
     given : path, Results, or several of them, or a mapping of names to them
         Tables (CSV), results folders and other results. A name says where values come from; by default a table says so
         itself, and a folder's is its own.
@@ -31,7 +31,7 @@ def with_sources(results: Results, given: Mapping[str, Source] | Sequence[Source
         If a source cannot be read, or says nothing of these histories.
     """
     if not results.recorded:
-        raise ModelError("nothing to set values beside: the run recorded no [[history]]; add them and run it again")
+        raise ModelError("nothing to compare: the run recorded no [[history]]; add them and run it again")
     if isinstance(given, str | os.PathLike | Results):
         given = [given]
     named = list(given.items()) if isinstance(given, Mapping) else [("", source) for source in given]
@@ -91,9 +91,9 @@ def _of_run(results: Results, other: Results, source: str, place: str) -> dict[s
 
 
 def _same_stages(ours: Sequence[str], theirs: Sequence[str]) -> Callable[[str | None], bool]:
-    """Return which stages of another run, None the last one, stand beside stages of this one.
+    """Return which stages of another run, None the last one, are compared with stages of this one.
 
-    Those of the same name, and the last beside the last, unless the other run goes on beyond this one's last stage.
+    Those of the same name, and the last beside the last, unless the other run continues beyond this one's last stage.
     """
     goes_on = ours[-1] != INITIAL and ours[-1] in theirs[:-1]
 

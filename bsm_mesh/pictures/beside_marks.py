@@ -1,4 +1,4 @@
-"""How values beside a run's histories look in charts: a mark and a dash a source, the colour of their stage."""
+"""How values compared with a run's histories look in charts: a mark and a dash a source, the colour of their stage."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bsm_mesh.model.beside import Beside, number_of
 from bsm_mesh.results.histories import Recorded
 from bsm_mesh.results.results import Results
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: told apart by all eyes
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: distinguished by all eyes
 MARKS = ("s", "^", "D", "v", "*", "P", "X", "p")
 DASHES = ("--", ":", "-.", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 3)))
 CURVE = 13  # values along a line: so many and more are a curve, and no marks
@@ -62,7 +62,7 @@ class Looks:
 
 
 def looks_of(results: Results, recorded: Iterable[Recorded], stages: Sequence[int]) -> Looks:
-    """Return how the stages of a run and the sources of values beside some histories look."""
+    """Return how the stages of a run and the sources of values compared with some histories look."""
     sources = dict.fromkeys(one.source for each in recorded for one in each.measured)
     names = tuple(stage.name for stage in results.stages)
     return Looks(stages=tuple(stages), sources=tuple(sources), names=names)
@@ -71,14 +71,14 @@ def looks_of(results: Results, recorded: Iterable[Recorded], stages: Sequence[in
 def stages_that_count(results: Results) -> list[int]:
     """Return the stages whose displacements are drawn: an in-situ state that moved blocks is none of them.
 
-    During it displacements are those since the blocks were given, and would stand beside the others as a jump.
+    During it displacements are those since the blocks were given, and would be compared with the others as a jump.
     """
     first = 1 if any(stage.origin.any() for stage in results.stages) else 0
     return list(range(first, len(results.stages)))
 
 
 def by_source(results: Results, recorded: Recorded, quantity: str) -> dict[tuple[str, int], list[Beside]]:
-    """Return the values of a quantity beside a history, by source and number of the stage, in order of distance."""
+    """Return values compared with a history, by source and number of the stage, in order of distance."""
     names = [stage.name for stage in results.stages]
     found: dict[tuple[str, int], list[Beside]] = {}
     for one in recorded.measured:
@@ -103,7 +103,7 @@ def draw_range(axes: Any, at: float, one: Beside, factor: float, colour: str) ->
 def draw_beside(
     axes: Any, place: FloatArray, values: Sequence[Beside], factor: float, looks: Looks, stage: int, *, joined: bool
 ) -> Any:
-    """Draw values of a source and stage at places along the axis, and return what stands for them in the key.
+    """Draw values of a source and stage at places along the axis, and return what represents them in the key.
 
     Many values, and those that are `joined`, have a line; ranges have bars.
     """

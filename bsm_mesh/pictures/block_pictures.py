@@ -25,7 +25,7 @@ from bsm_mesh.pictures.monitoring import add_monitoring, add_vectors, vectors_be
 from bsm_mesh.results.stress import principal_stresses
 from bsm_mesh.text.tables import engineering
 
-MOST_GLYPHS = 700  # arrows or crosses, were they spread over all that is seen; more cannot be told apart
+MOST_GLYPHS = 700  # arrows or crosses, were they spread over all that is seen; more cannot be distinguished
 NOTHING = 1e-12  # of the model's size: less is no movement
 COMPRESSION, TENSION = "#1f3b73", "#d55e00"
 
@@ -79,7 +79,7 @@ def draw_sigma_1(sheet: Sheet) -> str | None:
 
 
 def draw_arrows(sheet: Sheet) -> str | None:
-    """Draw displacements as arrows on the outlines of the blocks, and those that are set beside at points."""
+    """Draw displacements as arrows on the outlines of the blocks, and those that are compared with at points."""
     scene = sheet.scene
     vectors = scene.stage.displacement[:, :2]
     size = np.hypot(*vectors.T)

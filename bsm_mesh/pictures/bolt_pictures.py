@@ -90,7 +90,7 @@ def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
     for place in number[~shown]:
         axes.annotate("?", (place, 0.02), xycoords=("data", "axes fraction"), ha="center", fontsize=10)
     if not shown.all():
-        axes.set_title("?: no bolt beside it tells how much of the wall it holds", fontsize=8, loc="right")
+        axes.set_title("?: no adjacent bolt determines how much of the wall it holds", fontsize=8, loc="right")
     axes.set_ylabel(what, fontsize=8)
     axes.tick_params(labelsize=8)
     if bolts.count <= 30:

@@ -206,7 +206,7 @@ def add_joints(sheet: Sheet, factor: float = 0.0, *, sets: bool = False) -> None
 
 
 def gone(scene: Scene) -> Any:
-    """Return which faces are of blocks that come down, (k,) bool."""
+    """Return which faces are of unstable blocks, (k,) bool."""
     faces = scene.faces
     return scene.down[faces.block_a] | scene.down[faces.block_b]
 

@@ -1,4 +1,4 @@
-"""The picture of the histories: over the steps, with the ends of the stages and what is set beside them."""
+"""The picture of the histories: over the steps, with the ends of the stages and the values compared with them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _counted(results: Results, series: HistorySeries) -> HistorySeries:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Curve:
-    """A quantity over the steps: label, unit, values (k,), and what is set beside it by source and stage."""
+    """A quantity over the steps: label, unit, values (k,), and the values compared with it by source and stage."""
 
     label: str
     unit: str
@@ -64,7 +64,7 @@ class _Curve:
 
 
 def _curves(results: Results, series: HistorySeries) -> Iterator[_Curve]:
-    """Return the quantities of a history, and of a point the length of its displacement where that is set beside it."""
+    """Return the quantities of a history; of a point also its displacement where values of that are given."""
     recorded = series.recorded
     for k, (name, unit) in enumerate(zip(recorded.quantities, recorded.units, strict=True)):
         beside = by_source(results, recorded, "extension" if recorded.distances else name)
@@ -121,7 +121,7 @@ def _scale(curves: list[_Curve], unit: str) -> tuple[float, str]:
 
 
 def _draw_ends(axes: Any, series: HistorySeries, curve: _Curve, factor: float, looks: Looks, colour: str) -> None:
-    """Draw what is set beside a curve, where the stages end at which it holds; ranges as bars."""
+    """Draw the values compared with a curve, where the stages end at which it holds; ranges as bars."""
     for (source, stage), listed in curve.beside.items():
         rows = np.flatnonzero(series.stage == stage)
         if not len(rows):
@@ -134,7 +134,7 @@ def _draw_ends(axes: Any, series: HistorySeries, curve: _Curve, factor: float, l
 
 
 def _grey(axes: Any, mark: Any) -> Any:
-    """Return what stands for a source in the key."""
+    """Return what represents a source in the key."""
     return axes.plot([], [], linestyle="none", marker=mark, color="#555555", markersize=6, markerfacecolor="white")[0]
 
 

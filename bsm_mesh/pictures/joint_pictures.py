@@ -70,7 +70,7 @@ def draw_utilisation(sheet: Sheet) -> str | None:
 
 
 def draw_pressure(sheet: Sheet) -> str | None:
-    """Draw the joints by the pressure that they bear."""
+    """Draw the joints by the pressure that they carry."""
     pressure = np.maximum(sheet.scene.faces.pressure, 0.0)
     return _by_value(sheet, pressure, "Pa", "pressure", "cividis_r")
 

@@ -1,4 +1,4 @@
-"""Pictures along lines: extensions and displacements at the end of every stage, and what is set beside them."""
+"""Pictures along lines: extensions and displacements at the end of every stage, and the values compared with them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def draw_extensometers(results: Results, title: str, figure: Figure | None = Non
 def draw_profiles(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
     """Return a chart of every line: displacements towards its first point and across it; None: no line.
 
-    Where values are set beside it, only of the quantities that they have.
+    Where values are compared with it, only of the quantities that they have.
     """
     return _charts(results, ("towards", "across"), title, figure)
 
@@ -64,7 +64,7 @@ def _charts(results: Results, quantities: Sequence[str], title: str, figure: Fig
 
 
 def _moving(curves: dict[str, Curves]) -> list[int]:
-    """Return the stages at whose end any line has moved."""
+    """Return the stages at whose end any line moved."""
     stages = list(dict.fromkeys(stage for by_stage in curves.values() for stage in by_stage))
     size = {
         stage: max(

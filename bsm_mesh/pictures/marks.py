@@ -1,4 +1,4 @@
-"""What is drawn over blocks: what comes down, supports, loads, gravity, water table, bolts, numbers of blocks."""
+"""What is drawn over blocks: every unstable block, supports, loads, gravity, water table, bolts, numbers of blocks."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.text.tables import engineering
 
 MOST_RINGS = 6  # groups of blocks that are ringed and named: the largest
-MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in what is seen, were they spread over all of it
-LEAST_RING = 0.018  # of what is seen: radius of the ring round a flake
-WIDEST_RING = 0.3  # of what is seen: a larger one would hide more than it shows
+MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in the visible part, were they spread over all of it
+LEAST_RING = 0.018  # of the visible part: radius of the ring round a flake
+WIDEST_RING = 0.3  # of the visible part: a larger one would hide more than it shows
 # Of a name from its ring, in points: the first at which it meets no other.
 NAME_PLACES = ((28, 24), (28, 64), (28, -24), (90, 24), (90, 64), (150, 24), (28, -64), (90, -64))
 LEADER_POINTS = 12  # at which a line from a ring to its name is looked at
 NAME_MARGIN = 5  # pixels
-LONGEST_LOAD = 0.06  # of what is seen
+LONGEST_LOAD = 0.06  # of the visible part
 LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
-ROUNDING = 1e-12  # of the greatest weight or load: what is left of a block's loads but for its weight and water
-ROOM_FOR_NUMBER = 0.022  # of what is seen: size of a block whose number can be read
+ROUNDING = 1e-12  # of the greatest weight or load: the rest of a block's loads but for its weight and water
+ROOM_FOR_NUMBER = 0.022  # of the visible part: size of a block whose number can be read
 ENOUGH = 600  # blocks; the numbers of more are too many
 OF_LOADS = "#8a1c1c"
-GRAVITY = 0.03  # of what is seen: length of its arrow
+GRAVITY = 0.03  # of the visible part: length of its arrow
 
 
 def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
@@ -47,7 +47,7 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     taken = np.zeros_like(scene.down)
     taken[[fall.block for fall in stage.falls]] = True
     for mask, colour, style, what in (
-        (scene.down, FALLS, "-", "coming down"),
+        (scene.down, FALLS, "-", "falling"),
         (scene.apart & ~scene.down, "#f0b27a", "-", "at rest after moving far"),
         (taken, "none", "--", "taken away after the fall"),
     ):

@@ -1,4 +1,4 @@
-"""Where a run records histories, drawn over blocks: points and lines with their names; vectors set beside."""
+"""Where a run records histories, drawn over blocks: points and lines with their names; vectors compared with."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def add_monitoring(sheet: Sheet) -> None:
 
 
 def vectors_beside(sheet: Sheet) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Return by source the points at which a displacement with both components is set beside, and it, (k, 2) [m] each.
+    """Return by source the points with a given displacement of both components, and it, (k, 2) [m] each.
 
     At the same points the run's own displacements, under the name "".
     """

@@ -119,14 +119,14 @@ def figure_of(
     Parameters
     ----------
     results : Results
-        What came out.
+        The result.
     name : str
         One of `NAMES`, or ``joints`` for their state. ``histories``, ``extensometers``, ``profiles`` and
         ``points`` are of the whole run.
     stage : int or str
         Number of the stage, negative: from the last one; or its name.
     window : (x0, y0, x1, y1), optional [m]
-        What is seen.
+        The visible part.
     figure : matplotlib.figure.Figure, optional
         What is drawn on; by default a figure of its own, as large as suits.
 

@@ -28,11 +28,11 @@ class PictureChoice:
     stage : str, optional
         Name or number of the stage, -1 the last one; by default all.
     window : (x0, y0, x1, y1), optional [m]
-        What is seen; by default the whole model.
+        The visible part; by default the whole model.
     only : tuple of str
         Names of pictures, or words that several begin with, as ``joints``; by default all.
     beside : tuple of (name, path)
-        Tables, and folders of other runs, that are set beside the histories; the name may be empty.
+        Tables, and folders of other runs, that are compared with the histories; the name may be empty.
     """
 
     stage: str | None = None

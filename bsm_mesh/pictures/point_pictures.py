@@ -1,4 +1,4 @@
-"""The picture of the points: how far each has moved at the end of every stage, and what is set beside (Fig. 8.19)."""
+"""The picture of the points: how far each moved at the end of every stage, and the values compared with (Fig. 8.19)."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _beside(results: Results, points: list[Recorded]) -> dict[tuple[str, int], d
 def _draw_beside(
     axes: Any, beside: dict[tuple[str, int], dict[int, Beside]], factor: float, looks: Looks, count: int
 ) -> list[Any]:
-    """Draw what is set beside; a source that knows all points has a line."""
+    """Draw the values compared with; a source that knows all points has a line."""
     return [
         draw_beside(
             axes, np.array(list(listed), dtype=np.float64), list(listed.values()), factor, looks, stage,

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 DPI = 130
 COLOURS = {Verdict.STABLE: "#2e7d32", Verdict.UNSTABLE: "#c62828", Verdict.UNDECIDED: "#9e9e9e"}
 MARKS = {Verdict.STABLE: "o", Verdict.UNSTABLE: "s", Verdict.UNDECIDED: "D"}
-LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is told apart in the picture
-SHOWN = 0.5  # sizes of the largest block that fails: what moved farther is drawn no farther, what moved less as far
+LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is distinguished in the picture
+SHOWN = 0.5  # sizes of the largest block that fails: what moved further is drawn no further, what moved less as far
 
 
 def draw_safety(answer: Safety, movement: float, title: str, added: AddedFiles) -> list[str]:

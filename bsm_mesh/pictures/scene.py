@@ -1,4 +1,4 @@
-"""What the pictures of a stage share: blocks, faces and what comes down, where they are, and what is seen of them."""
+"""The common part of the pictures of a stage: blocks, faces, unstable blocks, positions and the visible part."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class Scene:
     Attributes
     ----------
     results : Results
-        What came out.
+        The result.
     number : int
         Of the stage.
     title : str
         Title of the model, stage and verdict.
     window : (x0, y0, x1, y1), optional [m]
-        What is seen; by default the whole model.
+        The visible part; by default the whole model.
     """
 
     results: Results
@@ -57,14 +57,14 @@ class Scene:
 
     @cached_property
     def down(self) -> BoolArray:
-        """Which blocks come down, (n,)."""
+        """Which blocks fall, (n,)."""
         down: BoolArray = np.zeros(self.results.blocks.count, dtype=np.bool_)
         down[self.stage.unstable_blocks] = True
         return down
 
     @cached_property
     def apart(self) -> BoolArray:
-        """Which blocks have gone: they come down, or came to rest far off. They are in no scale of colours, (n,)."""
+        """Which blocks have gone: they fall, or reached rest far off. They are in no scale of colours, (n,)."""
         apart = self.down.copy()
         apart[moved_far(self.results.blocks, self.stage)] = True
         return apart
@@ -94,7 +94,7 @@ class Scene:
 
     @cached_property
     def view(self) -> Window:
-        """What is seen, [m]."""
+        """The visible part, [m]."""
         if self.window is not None:
             return self.window
         room = MARGIN * float(np.hypot(*(self.box[1] - self.box[0])))
@@ -103,7 +103,7 @@ class Scene:
 
     @cached_property
     def following(self) -> Window:
-        """What is seen where blocks are followed to where they have come, as far as `BEYOND` [m]."""
+        """The visible part where blocks are followed to where they have come, as far as `BEYOND` [m]."""
         x0, y0, x1, y1 = self.view
         beyond = BEYOND * float((self.box[1] - self.box[0]).max())
         there = self.stage.present[self.results.blocks.owner]
@@ -114,7 +114,7 @@ class Scene:
 
     @property
     def size(self) -> float:
-        """Diagonal of what is seen [m]."""
+        """Diagonal of the visible part [m]."""
         x0, y0, x1, y1 = self.view
         return float(np.hypot(x1 - x0, y1 - y0))
 
@@ -204,7 +204,7 @@ class Scene:
         return inside[chosen]
 
     def spacing(self, count: int) -> float:
-        """Return the mean distance of so many points in what is seen of the model [m]."""
+        """Return the mean distance of so many points in the visible part of the model [m]."""
         x0, y0, x1, y1 = self.view
         (left, low), (right, high) = self.box
         seen = max(min(x1, right) - max(x0, left), 0) * max(min(y1, high) - max(y0, low), 0)

@@ -12,7 +12,7 @@ from bsm_mesh.results.water_faces import wet_parts
 from bsm_mesh.text.tables import engineering
 
 OF_A_BLOCK = 0.3  # of a block's size: width of the band of the greatest pressure, but ...
-LEAST, WIDEST = 0.006, 0.03  # ... within these parts of what is seen
+LEAST, WIDEST = 0.006, 0.03  # ... within these parts of the visible part
 SHADES = 12  # colours along a face on which the pressure rises from nothing to the greatest
 TRUE = 1.0  # faces are drawn where the blocks are, to scale
 

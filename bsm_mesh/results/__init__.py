@@ -1,4 +1,4 @@
-"""What came out of a run."""
+"""The result of a run."""
 
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord, SupportForces

@@ -1,4 +1,4 @@
-"""What a run finds of a history at the end of a stage, wherever a value set beside it may be of."""
+"""What a run finds of a history at the end of a stage, wherever a value compared with it may be of."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 
-ALONG = 120  # places on a line where a run is set beside another
+ALONG = 120  # places on a line where a run is compared with another
 
 
 def line_movement(
     results: Results, stage: StageResult, points: Sequence[Sequence[float]], distance: FloatArray
 ) -> dict[str, FloatArray]:
-    """Return how a line has moved at the end of a stage, at distances from its first point.
+    """Return how a line moved at the end of a stage, at distances from its first point.
 
     Parameters
     ----------
     results : Results
-        What came out.
+        The result.
     stage : StageResult
         One of its stages.
     points : sequence of (x, y) [m]
@@ -71,7 +71,7 @@ def _moved(results: Results, stage: StageResult, points: FloatArray) -> FloatArr
 
 
 def found_beside(results: Results, recorded: Recorded, beside: Beside) -> float:
-    """Return what a run finds where a value is set beside a history: in its unit; NaN where it finds nothing."""
+    """Return what a run finds where a value is compared with a history: in its unit; NaN where it finds nothing."""
     number = number_of(beside.stage, [stage.name for stage in results.stages])
     if number is None:
         return math.nan
@@ -92,10 +92,10 @@ def at_the_end(series: HistorySeries, quantity: str, number: int) -> float:
 
 
 def values_of_run(results: Results, recorded: Recorded, source: str) -> tuple[Beside, ...]:
-    """Return what a run finds of a history at the end of each stage, to be set beside that of another run."""
+    """Return what a run finds of a history at the end of each stage, to be compared with that of another run."""
     found: list[Beside] = []
     for number, stage in enumerate(results.stages):
-        name = None if number == len(results.stages) - 1 else stage.name  # the last one stands beside the last one
+        name = None if number == len(results.stages) - 1 else stage.name  # the last one is compared with the last one
         found += [
             Beside(quantity=quantity, value=value, stage=name, distance=distance, source=source)
             for quantity, value, distance in _of_stage(results, recorded, number)
@@ -124,6 +124,6 @@ def along_line(results: Results, stage: StageResult, recorded: Recorded) -> Iter
 
 
 def set_beside(results: Results, values: dict[str, tuple[Beside, ...]]) -> Results:
-    """Return results with more values beside their histories, by the histories' names."""
+    """Return results with more values compared with their histories, by the histories' names."""
     recorded = tuple(replace(one, measured=(*one.measured, *values.get(one.name, ()))) for one in results.recorded)
     return replace(results, recorded=recorded)

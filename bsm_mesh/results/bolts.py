@@ -1,4 +1,4 @@
-"""What came out of the bolts: tensions, bond forces, slips, and which bolt is at its limit in what way."""
+"""The result of the bolts: tensions, bond forces, slips, and which bolt is at its limit in what way."""
 
 from __future__ import annotations
 

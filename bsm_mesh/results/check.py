@@ -66,7 +66,7 @@ class Check:
                 self.balance <= self.tolerance,
                 f"loads and reactions differ by {self.balance:.1e} of their sum ({least})",
             ),
-            (self.utilisation <= 1 + UTILISATION, f"a contact bears {self.utilisation:.6g} times its shear strength"),
+            (self.utilisation <= 1 + UTILISATION, f"a contact carries {self.utilisation:.6g} times its shear strength"),
             (
                 self.overlap <= OVERLAP,
                 "blocks have passed into each other (corners that met in a point) by "

@@ -1,4 +1,4 @@
-"""The part of a face that a contact stands for, in the given geometry, and which two contacts make a face."""
+"""The part of a face that a contact represents, in the given geometry, and which two contacts make a face."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from bsm_mesh.results.records import ContactForces
 
 PARALLEL = 0.1  # sine: edges within 6 degrees lie along each other, as in the contact rules
 JOINED = 0.5  # of the shorter of two shares: by so much their ends may miss each other, as blocks slide and turn
-BESIDE = 0.05  # of a given face: what lies farther from its line is on another face of the two blocks
+BESIDE = 0.05  # of a given face: what lies further from its line is on another face of the two blocks
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Shares:
-    """What each contact stands for, in the given geometry, in the direction that has the pair's lower block behind it.
+    """What each contact represents, in the given geometry, in the direction that has the pair's lower block behind it.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Shares:
     direction : (m, 2) float64
         Unit vector along the face.
     side : (m,) int8
-        1 where the share goes on from the point along `direction`, -1 against it, 0 to both sides.
+        1 where the share continues from the point along `direction`, -1 against it, 0 to both sides.
     """
 
     first: FloatArray
@@ -46,7 +46,7 @@ class Shares:
 def shares_of_contacts(
     blocks: Blocks, contacts: ContactForces, point: FloatArray, normal: FloatArray, *, in_rows: int
 ) -> Shares:
-    """Return what each contact stands for.
+    """Return what each contact represents.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class Cover:
     face : (m,) int64
         The given face that each contact covers most of; -1 where there is none.
     length : (k,) float64 [m]
-        Length of every given face that contacts stand for.
+        Length of every given face that contacts represent.
     middle : (k, 2) float64 [m]
         The middle of that.
     """

@@ -40,17 +40,17 @@ class Evidence(Portable):
     slip_path : (m,) float64 [m]
         How far every contact has slid, elastic part apart.
     tension : (m,) float64 [N/m]
-        Greatest tension that the contact bears; infinite: no bound.
+        Greatest tension that the contact carries; infinite: no bound.
     residual_tension : (m,) float64 or None [N/m]
-        What of it one that has failed by slip may bear; None: nothing.
+        What of it one that has failed by slip may carry; None: nothing.
     closed_at : (m,) float64 or None [m]
-        Opening below which the contact bears pressure, by the in-situ field and the like; dilation comes to it.
+        Opening below which the contact carries pressure, by the in-situ field and the like; dilation comes to it.
     dilation : (m, 2) float64 or None [-, m]
         Tangent of the dilation angle, and the slip path on which it has worn off; None: no joint dilates.
     normal_stiffness, shear_stiffness : (m,) float64 [N/m2]
         Of the contact's springs, per metre of thickness.
     near : (m,) bool
-        Open contacts that close before a block has moved by a thousandth of its size.
+        Open contacts that close before a block moved by a thousandth of its size.
     bar_block : (k,) int32
         Block that each bar of the supports holds.
     bar_point, bar_direction : (k, 2) float64 [m, -]
@@ -68,7 +68,7 @@ class Evidence(Portable):
     gravity : (2,) float64 or None
         Force over weight: gravity's direction, and what an earthquake adds.
     load_block : (q,) int32 or None
-        Block of every force that a load stands for; None in results of a former version.
+        Block of every force that a load represents; None in results of a former version.
     load_point, load_force : (q, 2) float64 or None [m, N/m]
         Where it acts now, and the force.
     water_breaks : (k,) float64 or None [m]
@@ -170,7 +170,7 @@ class Witness(Portable):
     point, normal : (m, 2) float64 [m, -]
         Where the contacts are, and the outward normal of `block_b`.
     length : (m,) float64 [m]
-        What each stands for.
+        What each represents.
     lines : (m, k, 2) float64 [-, N/m]
         Slope and intercept of the lines that bound the shear by the pressure; infinite intercept: no bound.
     bar_block, bar_point, bar_direction, bar_turns : as in `Evidence`
@@ -269,7 +269,7 @@ def _described(law: JointLaw) -> Mapping[str, Any]:
 
 
 def bar_rows(bars: Bars, point: FloatArray) -> dict[str, Any]:
-    """Return the fields of `Evidence` and `Witness` that tell of bars, which hold at points (k, 2) [m]."""
+    """Return the fields of `Evidence` and `Witness` that describe bars, which hold at points (k, 2) [m]."""
     return {
         "bar_block": bars.block,
         "bar_point": point,

@@ -1,4 +1,4 @@
-"""Blocks that came down and were taken away while the others stayed."""
+"""Blocks that fell and were taken away while the others stayed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fall:
-    """A block that came down and was taken away.
+    """A block that fell and was taken away.
 
     Attributes
     ----------
@@ -18,7 +18,7 @@ class Fall:
     place : tuple of float [m]
         Its centroid when it was taken away.
     moved : float [m]
-        How far it had moved in the stage.
+        How far it moved in the stage.
     area : float [m2]
         Its area; in space its volume [m3].
     weight : float [N/m]

@@ -1,4 +1,4 @@
-"""What came out of flow in the joints: heads, apertures, discharges, and where water enters and leaves."""
+"""The result of flow in the joints: heads, apertures, discharges, and where water enters and leaves."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class FlowResult(Portable):
     imbalance : float
         Greatest imbalance of a node over the greatest discharge.
     rounds : int
-        How often flow and blocks were solved by turns.
+        How often flow and blocks were solved alternately.
     change : float
         Change of pressure in the last turn over the greatest pressure; 0 where apertures are as given.
     """

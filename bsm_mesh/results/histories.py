@@ -26,7 +26,7 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """What is recorded under a name.
+    """The record under a name.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Recorded:
     points : tuple of (x, y) [m]
         Of a point or a line, where the blocks were given.
     measured : tuple of Beside
-        What is set beside it.
+        The values compared with it.
     """
 
     name: str
@@ -79,7 +79,7 @@ class HistorySeries:
 
 
 def recorded_of(history: History) -> Recorded:
-    """Return what is recorded of a history."""
+    """Return the record of a history."""
     further = tuple(f"extension_{number}" for number in range(1, len(history.points)))
     columns = {
         "point": (("u", "m"), ("v", "m")),
@@ -131,7 +131,7 @@ class Recorder:
 
     @property
     def recorded(self) -> tuple[Recorded, ...]:
-        """What is recorded, in the order of the values."""
+        """The record, in the order of the values."""
         return tuple(map(recorded_of, self._histories))
 
     def measure(self, results: Results) -> Values:
@@ -178,6 +178,6 @@ def _of_joint(results: Results, stage: StageResult, joint: int) -> list[float]:
 
 
 def _of_bolt(stage: StageResult, bolt: str) -> float:
-    """Return the greatest axial force [N] of a bolt, or of all that bear its name."""
+    """Return the greatest axial force [N] of a bolt, or of all that have its name."""
     mine = [number for number, name in enumerate(stage.bolts.names) if name == bolt]
     return float(stage.bolts.greatest_force[mine].max()) if mine else np.nan

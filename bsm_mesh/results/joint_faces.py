@@ -20,10 +20,10 @@ from bsm_mesh.results.water_faces import wet_parts
 if TYPE_CHECKING:
     from bsm_mesh.results.results import Results
 
-SHORTEST = 0.01  # of a given face: a shorter part that no contact stands for is rounding
+SHORTEST = 0.01  # of a given face: a shorter part that no contact represents is rounding
 HELD = 1e-9  # of the face: blocks that move less against each other are both held, and have no contacts
 
-AT_STRENGTH = 0.99  # utilisation: what came to rest after it slid stops just below its strength
+AT_STRENGTH = 0.99  # utilisation: what reached rest after it slid stops just below its strength
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -41,7 +41,7 @@ class JointFaces:
     joint : (k,) int32
         Number of the joint in ``Results.joint_names``; -1 for unjointed rock.
     length : (k,) float64 [m]
-        Length that the contacts stand for; of a part that is apart its own.
+        Length that the contacts represent; of a part that is apart its own.
     slip, opening : (k,) float64 [m]
         Displacement of a relative to b along the face (t) and away from it (n) since the start, mean over the length.
     pressure, shear_traction : (k,) float64 [Pa]
@@ -148,7 +148,7 @@ def _touching(
 
 
 def _apart(results: Results, stage: StageResult, at: FloatArray, given: Faces, cover: Cover) -> JointFaces:
-    """Return the parts of the given faces between blocks that are there which no contact stands for.
+    """Return the parts of the given faces between blocks that are there which no contact represents.
 
     `at` (n, 3) is where the water meets the blocks: moved, but in the linear scheme.
     """

@@ -1,4 +1,4 @@
-"""Movement of blocks: of points in them, and how far they went before they came to rest.
+"""Movement of blocks: of points in them, and how far they went before they reached rest.
 
 A landing after a fall is an equilibrium, and often a failure too.
 """
@@ -23,7 +23,7 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
 
 
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
-    """Return the verdict on a stage as a person reads it, with how far blocks moved before they came to rest.
+    """Return the verdict on a stage as a person reads it, with how far blocks moved before they reached rest.
 
     `stable, after moving 3.8 m (1.3 times the block's size)`: blocks have given way, and lie somewhere. Blocks that
     are too small to count (``falls.ignore_below``) do not enter.

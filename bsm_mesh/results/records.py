@@ -1,4 +1,4 @@
-"""What came out: contacts, supports, steps, stages, and the results of a run. Complete when they exist."""
+"""The result: contacts, supports, steps, stages, and the results of a run. Complete when they exist."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ class StepRecord:
     method : str
         The method that ended it.
     tried : tuple of str
-        Methods that were tried before, in vain, in order.
+        Methods that were tried before, without success, in order.
     recorded : tuple of float
         The values of the model's histories at its end, in the order of ``Results.recorded``.
     time : float or None [s]
@@ -247,7 +247,7 @@ class StageResult(Portable):
     bolts : BoltForces
         Forces in the bolts.
     unstable_blocks : (k,) int32
-        Blocks that come down; empty where the stage is at rest.
+        Blocks that fall; empty where the stage is at rest.
     start_residual, residual : float
         As in `StepRecord`, before the first step and at the end.
     reference_weight : float [N/m]
@@ -258,7 +258,7 @@ class StageResult(Portable):
     notes : tuple of str
         What a reader should know, a sentence each.
     falls : tuple of Fall
-        Blocks that came down in the stage and were taken away.
+        Blocks that fell in the stage and were taken away.
     evidence : Evidence or None
         What checking the verdict takes besides; every run gives it.
     proof : Proof or None
@@ -308,7 +308,7 @@ class StageResult(Portable):
 
     @classmethod
     def as_given(cls, **known: Any) -> StageResult:
-        """Return what is `known` of a model that was not run: nothing has moved, and no contact or support bears.
+        """Return what is `known` of a model that was not run: nothing moved, and no contact or support carries.
 
         `known` are fields by their names: ``present``, ``loads``, ``water`` and its table, ``bolts``, ``evidence``.
         """

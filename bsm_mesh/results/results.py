@@ -55,7 +55,7 @@ class Results:
     recorded : tuple of Recorded
         What the model's histories record.
     finished : bool
-        Whether the run came to its end; if not, `status` is ``unfinished``, whatever the stages are.
+        Whether the run reached its end; if not, `status` is ``unfinished``, whatever the stages are.
     model : Model or None
         What was run; None for results that were read back.
     options : Options or None
@@ -119,12 +119,12 @@ class Results:
 
     @property
     def status(self) -> Status:
-        """The verdict: that of the last stage; ``unfinished`` where the run did not come to its end."""
+        """The verdict: that of the last stage; ``unfinished`` where the run did not reach its end."""
         return self.stages[-1].status if self.finished else Status.UNFINISHED
 
     @property
     def unstable_blocks(self) -> IntArray:
-        """Blocks that come down in the last stage."""
+        """Blocks that fall in the last stage."""
         return self.stages[-1].unstable_blocks
 
     @property
@@ -143,7 +143,7 @@ class Results:
         figure: Figure | None = None,
         beside: Mapping[str, Source] | Sequence[Source] | Source = (),
     ) -> Figure:
-        """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to go on with.
+        """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to continue with.
 
         Parameters
         ----------
@@ -154,11 +154,11 @@ class Results:
         stage : int or str
             Number or name; negative numbers count from the last stage.
         window : (x0, y0, x1, y1), optional [m]
-            What is seen; not of charts, as ``bolt_forces`` and ``histories``, which show no place.
+            The visible part; not of charts, as ``bolt_forces`` and ``histories``, which show no place.
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
         beside : path, Results, or several of them, or a mapping of names to them
-            What is set beside the histories: tables (CSV), results folders, other results.
+            The values compared with the histories: tables (CSV), results folders, other results.
 
         Raises
         ------

@@ -26,7 +26,7 @@ class RouteEnd:
     max_displacement : float [m]
         Greatest displacement of a centroid there.
     unstable_blocks : tuple of int
-        Blocks that come down.
+        Blocks that fall.
     difference : float or None [m]
         Greatest distance of a centroid from where the usual route leaves it, over all stages that both bring to rest;
         None where there are none.

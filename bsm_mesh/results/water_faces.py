@@ -10,7 +10,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.records import StageResult
 
-BESIDE = 0.05  # of a line's length: what is farther from it is on another face
+BESIDE = 0.05  # of a line's length: what is further from it is on another face
 PARALLEL = 0.1  # sine: what is less turned lies along it
 SHORTEST = 1e-6  # of a line's length
 
@@ -53,7 +53,8 @@ def wet_parts(
     Parameters
     ----------
     stage : StageResult
-        Its `water_table`, `water_gradient` and `joint_water`. Beyond the model the outermost pieces of the table go on.
+        Its `water_table`, `water_gradient` and `joint_water`. Beyond the model the outermost pieces of the table
+        continue.
     start, end : (k, 2) float64 [m]
         Ends of the lines, where they are.
     joint : (k,) int

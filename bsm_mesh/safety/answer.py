@@ -201,12 +201,12 @@ def notes_on(found: Found, settings: Settings) -> tuple[str, ...]:
     if found.reference_moved > FAR and found.bracket.stable is not None:
         part = 100 * found.reference_moved
         notes.append(
-            f"in the reference state, {found.reference:.4g}, a block has moved by {part:.3g} % of its size: the answer "
-            "is that of where the blocks came to rest"
+            f"in the reference state, {found.reference:.4g}, a block moved by {part:.3g} % of its size: the answer "
+            "is that of where the blocks reached rest"
         )
     bad = next((trial for trial in found.trials if trial.value == found.bracket.unstable), None)
     if bad is not None and bad.status.is_stable:
         notes.append(
-            f"at {bad.value:.4g} blocks move, and come to rest again after {100 * bad.moved:.3g} % of their size"
+            f"at {bad.value:.4g} blocks move, and reach rest again after {100 * bad.moved:.3g} % of their size"
         )
     return tuple(notes)

@@ -122,7 +122,7 @@ def next_values(trials: Iterable[Judged], within: Range, count: int = 1) -> list
     within : Range
         Where the limit is looked for.
     count : int
-        How many trials go on at the same time.
+        How many trials continue at the same time.
     """
     tried = _different(trials)
     if within.first != within.bound and all(trial.value == within.bound for trial in tried):

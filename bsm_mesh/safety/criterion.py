@@ -1,4 +1,4 @@
-"""When a trial counts as failed: blocks come down, or move too far from where they are in a reference state."""
+"""When a trial counts as failed: blocks fall, or move too far from where they are in a reference state."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Ended:
     displacement : (n, 3) float64 [m, m, rad]
         Of the blocks in the stage; in space (n, 6).
     down : (k,) int32
-        Blocks that come down.
+        Blocks that fall.
     seconds : float
         Processor time.
     results : Results or None
@@ -59,14 +59,14 @@ class Judgement:
 
 
 class Criterion(Protocol):
-    """What tells good values from bad ones."""
+    """The criterion that separates good values from bad ones."""
 
     @property
     def movement(self) -> float:
         """Part of a block's size: a block that moves by more from the reference state has failed."""
 
     def judge(self, ended: Ended, reference: Ended | None, blocks: Blocks, counts: BoolArray) -> Judgement:
-        """Return what is said of a run; from `reference` the movement of the blocks (n,) in `counts` counts."""
+        """Return the description of a run; from `reference` the movement of the blocks (n,) in `counts` counts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +77,7 @@ class Failure:
     ----------
     movement : float
         A block that moves by more than this part of its size (the root of its area) from where it is in the reference
-        state has failed, even where it comes to rest again.
+        state has failed, even where it reaches rest again.
 
     Examples
     --------

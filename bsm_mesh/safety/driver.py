@@ -17,7 +17,7 @@ from bsm_mesh.safety.bracket import Bracket, Judged, Range, Verdict, bracket_of,
 from bsm_mesh.safety.criterion import Criterion, Ended, Judgement, movement
 from bsm_mesh.safety.pool import RunAll, Trials, pool_of
 
-STRONGER, MOST_STRONGER = 0.8, 5  # of the factor of a state in which blocks have moved far; how often
+STRONGER, MOST_STRONGER = 0.8, 5  # of the factor of a state in which blocks moved far; how often
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -89,17 +89,17 @@ class Search:
     within : Range
         Where it is looked for.
     criterion : Criterion
-        What tells good values from bad ones.
+        The criterion that separates good values from bad ones.
     blocks : Blocks
         The model's blocks.
     counts : (n,) bool
         Those whose movement counts: supports do not hold them fast, and they are not too small.
     report : callable
-        Told every trial.
+        Called after every trial.
     known : iterable of Ended
         What was run before.
     states : bool
-        Whether the states at both ends of the bracket are wanted; not wanted, what is proved or known is not run.
+        Whether the states at both ends of the bracket are wanted; not wanted, the proof or known is not run.
     """
 
     def __init__(
@@ -159,9 +159,9 @@ class Search:
                 self._ended[value] = replace(each, results=None)
 
     def _limit(self, value: float) -> float | None:
-        """Return a movement that is a failure for certain, so that no run goes on beyond it [m].
+        """Return a movement that is a failure for certain, so that no run continues beyond it [m].
 
-        That is farther than any block moves in the reference state by a mean size, or, where failure is proved, by the
+        That is more than any block moves in the reference state by a mean size, or, where failure is proved, by the
         part of it that counts as failure.
         """
         part = self._criterion.movement
@@ -177,7 +177,7 @@ class Search:
         return bound is not None and self._within.at(value) >= self._within.at(bound)
 
     def _first_stable(self) -> Ended | None:
-        """Return the best value at which blocks stay at rest; beyond the bound they have come to rest elsewhere."""
+        """Return the best value at which blocks stay at rest; beyond the bound they are at rest elsewhere."""
         stable = [each for each in self._ended.values() if each.status.is_stable and not self._is_proved(each.value)]
         return min(stable, key=lambda each: self._within.at(each.value), default=None)
 
@@ -194,7 +194,7 @@ class Search:
                 return
             self._try([farther], run_all)
             former, stronger = self._reference, self._ended[farther]
-            if not stronger.status.is_stable:  # on the way down to where blocks came to rest
+            if not stronger.status.is_stable:  # on the way down to where blocks reached rest
                 continue
             self._reference = stronger
             if movement(former, stronger, self._blocks, self._counts).max() <= self._criterion.movement:

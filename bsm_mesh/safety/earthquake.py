@@ -75,7 +75,7 @@ class ShakenMovement:
     reason : str
         Its reason.
     moved : dict of str to (int, float) [m]
-        By side the block that went farthest to it, and how far.
+        By side the block that went most distant to it, and how far.
     """
 
     stage: str
@@ -130,7 +130,7 @@ def newmark(
 ) -> Newmark:
     """Return how far a model slides in an earthquake by Newmark's method, and the result of its shaken stage.
 
-    The yield acceleration is the greatest horizontal part of the weights that the blocks bear in a stage of their own,
+    The yield acceleration is the greatest horizontal part of the weights that the blocks carry in a stage of their own,
     from where they are at rest (`limit_value`). The record is integrated twice where it exceeds it, once as given and
     once turned over.
 

@@ -67,7 +67,7 @@ def factor_of_safety(
     bolts : bool
         Whether the capacities of bolts are divided too.
     start : {"stage", "after", "throughout"}
-        Strength is reduced as the stage begins; once it has come to rest; or in all stages before as well.
+        Strength is reduced as the stage begins; once it is at rest; or in all stages before as well.
     tolerance : float
         Width of the bracket over the factor.
     failure : Failure, optional
@@ -79,7 +79,7 @@ def factor_of_safety(
     spread : bool
         Whether the other starts and stiffer joints are tried as well.
     report : callable
-        Told what is being done, a few words each.
+        Called with a short text on progress.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def _on_bound(runs: StrengthTrials, limit: Limit) -> tuple[str, ...]:
     if not runs.has_moved or math.isinf(limit.factor):
         return ()
     return (
-        "blocks have moved in earlier stages: the bound by limit analysis is that of where they were given, and was "
+        "blocks moved in earlier stages: the bound by limit analysis is that of where they were given, and was "
         "not used",
     )
 
@@ -210,8 +210,8 @@ def _on_opening(found: Found, limit: Limit) -> tuple[str, ...]:
     if limit.factor <= LEAST or min(tried) > LEAST:
         return ()
     return (
-        f"blocks come down at {1 / LEAST:g} times the strength too, though statics proves nothing below "
-        f"{limit.factor:.4g}: their joints open as they move, and what is open bears no shear; not strength but "
+        f"blocks fall at {1 / LEAST:g} times the strength too, though statics proves nothing below "
+        f"{limit.factor:.4g}: their joints open as they move, and what is open carries no shear; not strength but "
         "stiffness (normal over shear), in-situ stress and bolts decide",
     )
 

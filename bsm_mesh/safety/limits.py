@@ -1,4 +1,4 @@
-"""The limit of any number of a model: the greatest load, water level, earthquake or tilt that it bears."""
+"""The limit of any number of a model: the greatest load, water level, earthquake or tilt that it carries."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from bsm_mesh.safety.trials import ended, limited
 from bsm_mesh.solve.stages.as_built import counted_blocks
 
 ModelAt: TypeAlias = Callable[[float], Model]
-"""Returns the model with a value; what is given to other processes must be picklable."""
+"""Returns the model with a value; the input to other processes must be picklable."""
 
 NO_BOUND = Limit(factor=math.inf, text="not asked: its bound is one on strength")
 

@@ -64,11 +64,13 @@ class Measured:
         rules.number("movement", self.movement, COORDINATE)
         rules.number("deviation", self.deviation, COORDINATE)
         if not rules.faults and self.movement == 0:
-            rules.faults.append("measured: movement = 0 m: a point that did not move tells nothing; leave it out")
+            rules.faults.append(
+                "measured: movement = 0 m: a point that did not move gives no information; leave it out"
+            )
         elif not rules.faults and not 0 <= self.deviation < abs(self.movement):
             rules.faults.append(
                 f"measured: deviation = {self.deviation:g} m must be 0 or more, and less than the movement of "
-                f"{abs(self.movement):g} m: what may as well be no movement tells nothing"
+                f"{abs(self.movement):g} m: what may as well be no movement gives no information"
             )
         raise_faults(rules.faults)
 
@@ -134,7 +136,7 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class BackAnalysis:
-    """The value of a number that gives what was measured.
+    """The value of a number that gives the measurement.
 
     Attributes
     ----------
@@ -162,9 +164,9 @@ class BackAnalysis:
     def __str__(self) -> str:
         """Return the answer in a sentence."""
         if self.value is None:
-            return f"{self.quantity}: no value in the range gives what was measured"
+            return f"{self.quantity}: no value in the range gives the measurement"
         scatter = f" with a standard deviation of {self.deviation:.3g} {self.unit}".rstrip() if self.deviation else ""
-        return f"{self.quantity} = {with_unit(self.value, self.unit)}{scatter} gives what was measured"
+        return f"{self.quantity} = {with_unit(self.value, self.unit)}{scatter} gives the measurement"
 
 
 def back_analysis(

@@ -25,7 +25,7 @@ Change: TypeAlias = Callable[[Model, float], Model]
 
 STARTS: dict[str, str] = {
     "stage": "strength reduced as stage '{stage}' begins",
-    "after": "strength reduced after stage '{stage}' has come to rest",
+    "after": "strength reduced after stage '{stage}' is at rest",
     "throughout": "strength reduced in every stage up to '{stage}'",
 }
 REDUCED = "strength reduced"
@@ -117,7 +117,7 @@ class StrengthTrials:
     unreached: str = ""
 
     def run(self, factor: float, limit: float | None = None) -> Ended:
-        """Return how the model ends with its strength divided by a factor, or once a block has moved that far [m]."""
+        """Return how the model ends with its strength divided by a factor, or once a block moved that far [m]."""
         resumption = None
         if self.begun is not None:
             assert self.before is not None
@@ -126,7 +126,7 @@ class StrengthTrials:
 
     @property
     def has_moved(self) -> bool:
-        """Whether blocks have moved in earlier stages, so that what is proved of them as given does not hold here."""
+        """Whether blocks moved in earlier stages, so that the proof of them as given does not hold here."""
         if self.before is None:
             return False
         last, blocks = self.before.stages[-1], self.before.blocks

@@ -42,8 +42,8 @@ class Distribution:
     mode : float or None
         The commonest value, of a triangular distribution.
     lower, upper : float or None
-        Least and greatest value. Of the families that do not take them they cut it off: the rest is spread over what is
-        left in its own shape.
+        Least and greatest value. Of the families that do not take them they cut it off: the rest is spread over the
+        rest in its own shape.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""The runs of a study that are finished, on the disk itself as each comes to its end: a line of JSON a run.
+"""The runs of a study that are finished, on the disk itself as each reaches its end: a line of JSON a run.
 
-Each line bears a checksum over the run, its answers and what the study is of: a number that was changed, or a line of
+Each line has a checksum over the run, its answers and what the study is of: a number that was changed, or a line of
 another study, is no run of this one.
 """
 

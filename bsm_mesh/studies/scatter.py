@@ -79,7 +79,7 @@ def scatter_joint(model: Model, scatter: Scatter, seed: tuple[int, ...]) -> Mode
         classes = [_of_class(joint, scatter.strength, k + 1, offset) for k, offset in enumerate(scatter.offsets)]
     is_default = model.default_joint == scatter.joint
     blocks = _with_classes(model.blocks, joint.name, [part.name for part in classes], is_default, seed)
-    # Contacts that arise where no edge bears a joint still take the default one; otherwise the joint itself is gone.
+    # Contacts that arise where no edge has a joint still take the default one; otherwise the joint itself is gone.
     others = tuple(other for other in model.joints if other is not joint or is_default)
     part_names = tuple(part.name for part in classes)
     return model.replace(
@@ -105,7 +105,7 @@ def _of_class(joint: Joint, strength: str, number: int, offset: float) -> Joint:
 
 
 def _with_classes(blocks: Blocks, joint: str, classes: list[str], is_default: bool, seed: tuple[int, ...]) -> Blocks:
-    """Return blocks whose edges of a joint bear one of its classes, both sides of a face the same."""
+    """Return blocks whose edges of a joint carry one of its classes, both sides of a face the same."""
     mine = blocks.edge_joint == blocks.joint_names.index(joint) if joint in blocks.joint_names else None
     if is_default:
         bare = blocks.edge_joint < 0

@@ -25,7 +25,7 @@ class Work(Protocol):
         """What the work is known by."""
 
     def __call__(self, run: int, values: Mapping[str, Value]) -> dict[str, Any]:
-        """Return what comes of a run, of plain values; what goes wrong in it is an answer too."""
+        """Return the outcome of a run, of plain values; what goes wrong in it is an answer too."""
 
 
 class Scheduler(Protocol):
@@ -48,7 +48,7 @@ _one_at_a_time = threading.Lock()
 
 
 def perform(work: Work, run: int, values: Mapping[str, Value]) -> dict[str, Any]:
-    """Return what comes of a run, by the work that this process has kept: what it has read and built is there."""
+    """Return the outcome of a run, by the work that this process has kept: what it has read and built is there."""
     with _one_at_a_time:  # a worker of Dask may have several threads, and Gmsh is of the whole process
         return _kept.setdefault(work.key, work)(run, values)
 

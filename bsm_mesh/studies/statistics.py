@@ -17,7 +17,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FEWEST = 8  # runs for a correlation and for quarters of them
 STABLE, UNSTABLE, UNDECIDED = ("stable", "stable_after_falls"), ("unstable",), ("not_converged", "no_verdict")
 UNIT = {"max_displacement": "m"}
-MOVEMENT_LIMIT = "movement_limit"  # in a table's metadata: runs that come to rest farther away fail [m]
+MOVEMENT_LIMIT = "movement_limit"  # in a table's metadata: runs that reach rest further away fail [m]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +27,7 @@ class Failure:
     Attributes
     ----------
     runs, stable, moved_far, unstable, undecided, failed : int
-        Runs in all; those that are stable, came to rest beyond the limit of movement, are unstable, came to no verdict
+        Runs in all; those that are stable, reached rest beyond the limit of movement, are unstable, came to no verdict
         in the steps they had, and those with a fault.
     share : float or None
         Runs that moved too far or are unstable, over those with a verdict; None where there are none.
@@ -76,7 +76,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """How an answer goes with a key.
+    """How an answer belongs to a key.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ def stands(table: StudyTable) -> BoolArray:
 
 
 def fails(table: StudyTable) -> BoolArray:
-    """Return which runs are unstable, or came to rest beyond the limit of movement, (n,)."""
+    """Return which runs are unstable, or reached rest beyond the limit of movement, (n,)."""
     failing: BoolArray = table.has_status(*UNSTABLE) | _moved_far(table)
     return failing
 
@@ -148,8 +148,8 @@ def _interval(successes: int, trials: int) -> tuple[float, float]:
 def answers_of(table: StudyTable) -> dict[str, FloatArray]:
     """Return the answers that are numbers, by their names, (n,) each; NaN where a run has none.
 
-    ``failure`` is 1 where a run fails and 0 where it stands. The greatest displacement is that of stable runs: where an
-    unstable one was left has no meaning.
+    ``failure`` is 1 where a run fails and 0 where it is stable. The greatest displacement is that of stable runs:
+    where an unstable one was left has no meaning.
     """
     found = {"failure": np.where(fails(table), 1.0, np.where(stands(table), 0.0, np.nan))}
     if "factor" in table.columns:
@@ -179,7 +179,7 @@ def spread_of(table: StudyTable, answer: str) -> Spread:
 
 
 def effects_on(table: StudyTable, answer: str) -> list[Effect]:
-    """Return how an answer goes with every key that holds numbers, the most decisive first."""
+    """Return how an answer belongs to every key that holds numbers, the most decisive first."""
     values = answers_of(table)[answer]
     found = [_effect(key, table.numbers(key), answer, values) for key in table.keys if table.is_number(key)]
     return sorted(found, key=lambda effect: (-abs(effect.correlation or 0.0), effect.key))

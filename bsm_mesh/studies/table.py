@@ -36,7 +36,7 @@ LAST: dict[str, Kind] = {"seconds": "float64", "error": "string"}
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class StudyTable:
-    """What came of the runs of a study, one row a run, in their order.
+    """The outcome of the runs of a study, one row a run, in their order.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class StudyTable:
             keys = tuple(told.pop("keys").split("\n"))
         except FileNotFoundError:
             raise ModelError(
-                f"{path}: there is no such file; give the folder of a study that has come to its end"
+                f"{path}: there is no such file; give the folder of a study that has reach its end"
             ) from None
         except (pa.ArrowException, OSError, KeyError, ValueError) as error:
             raise ModelError(f"{path} is no table of a study, or damaged ({error}); run the study again") from None

@@ -1,4 +1,4 @@
-"""Tables of what is set beside histories: with what the run finds there, and as a file that is read again."""
+"""Tables of the values compared with histories: with what the run finds there, and as a file that is read again."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_LISTED = 30  # values of one source, stage and quantity of a history: more 
 
 
 def beside_rows(results: Results) -> list[tuple[str, ...]]:
-    """Return what is set beside the histories, and what the run finds there: a row a value, as `HEADER` heads it.
+    """Return the values compared with the histories, and what the run finds there: a row a value, as `HEADER` heads it.
 
     Curves along a line are left out, and stages that the run has not come to.
     """
@@ -47,7 +47,7 @@ def beside_lines(results: Results) -> list[str]:
 
 
 def _told(one: Beside, found: float) -> tuple[str, ...]:
-    """Return quantity, what was found, what is set beside it, of what source, and by how much they differ."""
+    """Return quantity, what was found, the values compared with it, of what source, and by how much they differ."""
 
     def told(value: float) -> str:
         if math.isnan(value):
@@ -61,7 +61,7 @@ def _told(one: Beside, found: float) -> tuple[str, ...]:
 
 
 def table_of(values: Mapping[str, Sequence[Beside]]) -> str:
-    """Return values beside histories, by these histories' names, as a table that `read_beside` reads."""
+    """Return values compared with histories, by these histories' names, as a table that `read_beside` reads."""
     quantities = dict.fromkeys(one.quantity for listed in values.values() for one in listed)
     columns = {f"{name} [{UNITS[name]}]" if UNITS[name] else name: name for name in quantities}
     columns |= {title.replace(name, f"{name}_until"): f"{name}_until" for title, name in columns.items()}

@@ -10,7 +10,7 @@ from bsm_mesh.reading import FORMULA
 
 
 def as_cell(value: object) -> object:
-    """Return what is written of a value: a text that a spreadsheet would run stands behind an apostrophe.
+    """Return what is written of a value: a text that a spreadsheet would run is behind an apostrophe.
 
     `bsm_mesh.reading.as_given_text` takes it away. Numbers, also those that are texts, stay as they are.
 

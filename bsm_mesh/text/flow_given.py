@@ -1,4 +1,4 @@
-"""Flow in the joints as ``check`` and the report tell it is given: levels, and what drains, wells and grout meet."""
+"""Flow in the joints as ``check`` and the report show it is given: levels, and what drains, wells and grout meet."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Row = tuple[str, str]
 
 
 def given_flow(model: Model, joints: JointNetwork) -> list[dict[str, Any]]:
-    """Return what is given of a model's flow, an entry a thing, in the order of the model file.
+    """Return the input of a model's flow, an entry a thing, in the order of the model file.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def given_flow(model: Model, joints: JointNetwork) -> list[dict[str, Any]]:
 
 
 def _met(thing: Drain | Well | Grout, joints: JointNetwork, number: int) -> dict[str, Any]:
-    """Return what is told of a thing, the one of its kind of that number, from 0."""
+    """Return the record of a thing, the one of its kind of that number, from 0."""
     network = joints.network
     if isinstance(thing, Drain):
         length = float(np.hypot(*np.subtract(thing.end, thing.start)))
@@ -65,7 +65,7 @@ def _met(thing: Drain | Well | Grout, joints: JointNetwork, number: int) -> dict
 
 
 def given_rows(entries: list[dict[str, Any]]) -> list[Row]:
-    """Return what is given of a flow as rows of a table."""
+    """Return the input of a flow as rows of a table."""
     return list(_rows(entries))
 
 

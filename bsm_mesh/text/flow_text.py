@@ -1,4 +1,4 @@
-"""Flow in the joints as ``run`` and the report tell it: what enters and leaves, and where."""
+"""Flow in the joints as ``run`` and the report show it: what enters and leaves, and where."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.records import StageResult
 
 LITRES = ((1.0, "l/s"), (60.0, "l/min"), (3600.0, "l/h"))  # per second
-LEAST = 0.2  # of a unit: what is less is told in the next smaller
+LEAST = 0.2  # of a unit: what is less is reported in the next smaller
 
 FLOW_HEADER = ("water in the joints", "leaves", "enters")
 

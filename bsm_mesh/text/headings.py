@@ -1,4 +1,4 @@
-"""Stages by number or name, and what every picture of results bears."""
+"""Stages by number or name, and what every picture of results has."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def stage_number(results: Results, stage: int | str) -> int:
     Parameters
     ----------
     results : Results
-        What came out.
+        The result.
     stage : int or str
         Its name, or its number as such or as text; negative numbers count from the last stage.
 

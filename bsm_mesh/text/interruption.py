@@ -24,7 +24,7 @@ SOON = 0.05  # s
 
 
 class Interrupted(KeyboardInterrupt):
-    """The process was told to end; the text is the name of the signal."""
+    """The process received a signal to end; the text is the name of the signal."""
 
 
 class _Watch:

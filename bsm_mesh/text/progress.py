@@ -23,7 +23,7 @@ SILENCE = 3.0  # s between lines of one work, piped
 
 
 class Progress:
-    """Tells what is being done and, after each step, how far equilibrium is.
+    """Shows the progress and, after each step, how far equilibrium is.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Progress:
             self._bar.stop()
 
     def report(self, text: str, done: int | None = None) -> None:
-        """Say what is being done, in a few words, and how much of the total is done."""
+        """Say the progress, in a few words, and how much of the total is done."""
         self._text, self._told = text, time.perf_counter() - self._began
         if self._bar is not None:
             self._bar.update(self._bar.task_ids[0], description=one_line(text), completed=done)
@@ -79,7 +79,7 @@ class Progress:
             say(f"[{self._told:7.2f} s] {text}", err=True)
 
     def often(self, text: str, done: int | None = None) -> None:
-        """Say what is being done where that changes many times a second: piped, one line every few seconds."""
+        """Say the progress where that changes many times a second: piped, one line every few seconds."""
         if self._bar is not None or time.perf_counter() - self._began - self._told > SILENCE:
             self.report(text, done)
 
@@ -96,7 +96,7 @@ class Progress:
             f"displacement {record.max_displacement:.3g} m"
         )
         if self._verbose:
-            vain = f" ({', '.join(record.tried)} in vain)" if record.tried else ""
+            vain = f" ({', '.join(record.tried)} without success)" if record.tried else ""
             text = f"{text}, by {record.method}{vain}"
         self.report(text)
 

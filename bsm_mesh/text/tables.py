@@ -24,7 +24,7 @@ PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
 SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
 MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
 LONGEST_WORD = 13  # letters of a wrapped text that stay together where other columns are wide
-SQUARED = ("m2", "m3")  # bear no prefix: a mm2 is no thousandth of a m2
+SQUARED = ("m2", "m3")  # have no prefix: a mm2 is no thousandth of a m2
 
 
 def engineering(value: float, unit: str) -> str:
@@ -73,7 +73,7 @@ def print_table(
 
 
 def vector(components: Iterable[float], unit: str) -> str:
-    """Return the components of a vector; what is rounding beside the greatest is shown as 0."""
+    """Return the components of a vector; what is rounding compared with the greatest is shown as 0."""
     parts = [float(c) for c in components]
     greatest = max(abs(c) for c in parts)
     return ", ".join(engineering(c if abs(c) > 1e-9 * greatest else 0.0, unit) for c in parts)
@@ -122,7 +122,7 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
         ("why", stage.reason),
     ]
     if stage.unstable_blocks.size:
-        rows.append(("comes down", falling(results, stage)))
+        rows.append(("falls", falling(results, stage)))
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
         ("greatest displacement", _greatest_displacement(results, stage)),
@@ -236,7 +236,7 @@ def fall_header(results: Results) -> tuple[str, ...]:
 
 
 def fall_rows(results: Results) -> list[tuple[str, ...]]:
-    """Return what ``run`` prints of the blocks that came down and were taken away, those that count."""
+    """Return what ``run`` prints of the blocks that fell and were taken away, those that count."""
     return [
         (
             str(fall.block),
@@ -254,7 +254,7 @@ def fall_rows(results: Results) -> list[tuple[str, ...]]:
 
 
 def fall_reasons(results: Results) -> list[str]:
-    """Return why blocks came down that were taken away: a line a stage and reason."""
+    """Return why blocks fell that were taken away: a line a stage and reason."""
     said: dict[tuple[str, str], list[int]] = {}
     for stage in results.stages:
         for fall in stage.falls:

@@ -46,8 +46,8 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
     """
     if stage.status not in (Status.STABLE, Status.NO_VERDICT):
         what = {
-            Status.UNSTABLE: "blocks come down",
-            Status.STABLE_AFTER_FALLS: "blocks came down and were taken away",
+            Status.UNSTABLE: "blocks fall",
+            Status.STABLE_AFTER_FALLS: "blocks fell and were taken away",
         }.get(stage.status, "the blocks' solution did not converge")
         return f"{what}: there is no state of rest to compare"
     far = moved_far(model.blocks, stage.displacement + stage.origin, stage.counts)
@@ -81,7 +81,7 @@ def corners_met(model: Model, contacts: ContactForces) -> str:
     if not met.any() or size[met].max() <= MET * size[bears].mean():
         return ""
     one = met.sum() == 1
-    corners = "a corner that met another bears" if one else f"{met.sum()} corners that met others bear up to"
+    corners = "a corner that met another carries" if one else f"{met.sum()} corners that met others carry up to"
     force = float(f"{size[met].max() / 1e3:.3g}")
     return f"{corners} {force:g} kN/m in the blocks, and nothing in the elements"
 

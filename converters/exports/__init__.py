@@ -1,4 +1,4 @@
-"""Models written for other programs, with a list of what these cannot be told."""
+"""Models written for other programs, with a list of the features that these do not support."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def friction_and_cohesion(joint: Joint) -> tuple[float | None, float]:
     if isinstance(law, Patton):
         return law.friction + law.dilation, 0.0  # its first line, which governs at low pressure
     raise ModelError(
-        f"joint '{joint.name}': the law {type(law).__name__} has no friction and cohesion to be told; give a "
+        f"joint '{joint.name}': the law {type(law).__name__} has no friction and cohesion to export; give a "
         "mohr_coulomb law that fits it over the pressures of this model"
     )
 

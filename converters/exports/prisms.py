@@ -24,7 +24,7 @@ UNLIMITED = 10.0  # coefficient of friction where a model gives none: no slip sh
 
 
 def write_script(model: Model, path: Path, script: str, *, loads: bool = True) -> tuple[str, ...]:
-    """Write a Python script with the model's blocks in it, in place of ``DATA_OF_THE_MODEL``; return what is left out.
+    """Write a Python script with the model's blocks in it, in place of ``DATA_OF_THE_MODEL``; return omissions.
 
     Raises
     ------

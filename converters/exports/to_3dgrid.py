@@ -1,7 +1,7 @@
 """3DEC: blocks as prisms of 1 m in a grid file (.3dgrid), and a data file (.dat) that imports and solves it.
 
-Written after the manual of 3DEC 9 (Itasca, *block import command*); 3DEC itself was not there to run it. Blocks bear a
-group of their own in the slot ``bsm``, by which joints are told: ``group-intersection`` of two of them.
+Written after the manual of 3DEC 9 (Itasca, *block import command*); 3DEC itself was not there to run it. Blocks have
+a group of their own in the slot ``bsm``, that identifies joints: ``group-intersection`` of two of them.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ AROUND = 1e-3  # of the root of a block's area: half the box around its centroid
 
 
 def write(model: Model, path: Path) -> tuple[str, ...]:
-    """Write a model to ``NAME.3dgrid`` and ``NAME.dat``; return what is left out.
+    """Write a model to ``NAME.3dgrid`` and ``NAME.dat``; return omissions.
 
     Raises
     ------

@@ -22,7 +22,7 @@ RIGID = 1e13  # Pa: Young's modulus of a rock that has none
 
 
 def write(model: Model, path: Path) -> tuple[str, ...]:
-    """Write a model; return what is left out."""
+    """Write a model; return omissions."""
     blocks = model.blocks
     remarks = left_out(model, ("laws",))
     mesh = _elements(model)

@@ -9,7 +9,7 @@ from bsm_mesh.model.model import Model
 
 
 def write(model: Model, path: Path) -> tuple[str, ...]:
-    """Write a model; return what is left out."""
+    """Write a model; return omissions."""
     return write_script(model, path, SCRIPT, loads=False)
 
 

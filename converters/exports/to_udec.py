@@ -31,7 +31,7 @@ OFF = 0.5  # degrees: contacts of a face are within it of the face's angle
 
 
 def write(model: Model, path: Path) -> tuple[str, ...]:
-    """Write a model; return what is left out."""
+    """Write a model; return omissions."""
     blocks = model.blocks
     jointed = JointedFaces.of(model)
     shortest = float(np.hypot(*blocks.edge_vectors.T).min())
@@ -97,7 +97,7 @@ def _joints(model: Model, jointed: JointedFaces, remarks: list[str]) -> list[str
     angles = np.degrees(np.arctan2(*(end - start).T[::-1])) % 180
     met, alike = _where_joints_meet(told, start, end, jointed.joint, angles)
     if met.size:
-        lines.append("; where different joints meet, contacts are told apart by their angle from the x axis")
+        lines.append("; where different joints meet, contacts are distinguished by their angle from the x axis")
     for face, box in _boxes(met, start, end):
         for turn in (-180, 0, 180):  # whichever half circle the program counts in
             low, high = angles[face] + turn - OFF, angles[face] + turn + OFF

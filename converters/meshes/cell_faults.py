@@ -19,7 +19,7 @@ VOLUMES_VTK = ("TETRAHEDRON", "HEXAHEDRON", "WEDGE", "PYRAMID")
 
 
 def group_faults(sets: CellSets, arrays: CellArrays, sizes: Sequence[int]) -> list[str]:
-    """Return what is wrong with groups and cell data of blocks of so many elements: a sentence each."""
+    """Return the faults of groups and cell data of blocks of so many elements: a sentence each."""
     faults = [
         f"the name {name!r} of a group or of cell data is no text"
         for name in (*sets, *arrays)
@@ -83,7 +83,7 @@ def refuse_missing_nodes(source: str, data: Sequence[tuple[str, LongArray]], n_p
 
 
 def no_surfaces(data: Sequence[tuple[str, LongArray]]) -> str:
-    """Return what is said of a mesh without surface elements."""
+    """Return the description of a mesh without surface elements."""
     found = ", ".join(f"{len(nodes)} {kind}" for kind, nodes in data) or "none at all"
     return (
         f"no surface elements (triangles, quadrilaterals or polygons); elements found: {found}; mesh the surfaces "

@@ -76,7 +76,7 @@ class MeshCells:
     groups : tuple of CellGroup
         The named groups.
     arrays : mapping of str to (elements' values, pieces' values)
-        Integer data whose values may stand for groups, such as ``MaterialIDs``.
+        Integer data whose values may represent groups, such as ``MaterialIDs``.
     notes : tuple of Note
         What was reduced or left out so far.
     """
@@ -253,7 +253,7 @@ def _group(name: str, cells: LongArray, position: LongArray, surface: BoolArray)
 
 
 def with_pieces(groups: Sequence[CellGroup], added: Mapping[str, LongArray], first: int) -> tuple[CellGroup, ...]:
-    """Return groups with those of added line elements, numbered from `first`; a name there already is told apart."""
+    """Return groups with those of added line elements, numbered from `first`; a name there already is distinguished."""
     names, found = {group.name for group in groups}, list(groups)
     for name, ends in added.items():
         inside = np.arange(first, first + len(ends))
@@ -273,7 +273,7 @@ def _whole_numbers(
         if not parts or any(part.ndim != 1 or part.dtype.kind not in "iuf" for part in parts):
             continue
         values = np.concatenate(parts)
-        if not np.all(np.abs(values) < LARGEST):  # also what is not a number; such values stand for no group
+        if not np.all(np.abs(values) < LARGEST):  # also what is not a number; such values represent no group
             continue
         if values.dtype.kind == "f" and np.any(values != np.round(values)):
             continue

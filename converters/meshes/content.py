@@ -16,7 +16,7 @@ HEAD = 4096  # bytes of a file that tell its format
 
 @dataclass(frozen=True, slots=True)
 class MeshFormat:
-    """A format that its first bytes tell.
+    """A format that its first bytes identify.
 
     Attributes
     ----------

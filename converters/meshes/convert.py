@@ -46,14 +46,14 @@ def read_blocks(
     blocks: BlocksFrom = "elements",
     marks: Marks | None = None,
 ) -> Blocks:
-    """Return the blocks of a mesh file, with joints, boundaries and excavations; warn of all that was mended.
+    """Return the blocks of a mesh file, with joints, boundaries and excavations; warn of all that was corrected.
 
     See `read_mesh` for the parameters and the errors.
 
     Warns
     -----
     MeshWarning
-        For everything that was mended or left out.
+        For every repair and omission.
     """
     found, report = read_mesh(
         path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance, blocks=blocks, marks=marks
@@ -72,7 +72,7 @@ def read_mesh(
     blocks: BlocksFrom = "elements",
     marks: Marks | None = None,
 ) -> tuple[Blocks, MeshReport]:
-    """Return the blocks of a mesh file and the report of what was found, mended and left out.
+    """Return the blocks of a mesh file and the report of what was found, corrected and left out.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def read_mesh(
         A file in any format that meshio or VTK reads. A mesh in the xy plane keeps its axes; of one in the xz or yz
         plane, z is up.
     groups : mapping of str to str
-        What the mesh's own groups stand for, ``{"Schist": "rock:schist"}``; ``"*"`` stands for the surface elements in
+        What the mesh's own groups represent, ``{"Schist": "rock:schist"}``; ``"*"`` represents the surface elements in
         no rock, and ``"MaterialIDs=3"`` for the elements where that array has that value.
     unit_scale : float [m]
         The mesh's unit of length: 0.001 for millimetres.
@@ -179,7 +179,7 @@ def _blocks_of(
     if blocks_from not in get_args(BlocksFrom):
         raise ModelError(f"blocks = '{blocks_from}': must be one of {', '.join(get_args(BlocksFrom))}")
     if not all(isinstance(text, str) for entry in renaming.items() for text in entry):
-        raise ModelError("groups: the names of groups and what they stand for must be texts")
+        raise ModelError("groups: the names of groups and what they represent must be texts")
     named = name_groups(cells, renaming, () if marks is None else marks.groups)
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)

@@ -1,4 +1,4 @@
-"""Elements replaced by the faces into which they are cut: what each part bears is that of the element or edge."""
+"""Elements replaced by the faces into which they are cut: what each part carries is that of the element or edge."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def with_faces(blocks: Blocks, crossed: LongArray, faces: Faces, tolerance: floa
 def _inherited(
     blocks: Blocks, vertices: FloatArray, nodes: LongArray, offsets: IntArray, parent: LongArray, tolerance: float
 ) -> Blocks:
-    """Return blocks of these corners with all that the given blocks and edges bear."""
+    """Return blocks of these corners with all that the given blocks and edges have."""
     source = _source(blocks, vertices, offsets, parent, tolerance)
     on_edge = source >= 0
     return replace(

@@ -1,4 +1,4 @@
-"""Which reader takes which file, and what is said of a path that no reader can take."""
+"""Which reader takes which file, and the description of a path that no reader can take."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     Parameters
     ----------
     path : path
-        The file; its ending tells the format.
+        The file; its ending gives the format.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def may_name_others(file: Path) -> bool:
         with file.open("rb") as opened:
             return any(b"INCLUDE" in line.upper() for line in opened)
     except (OSError, ModelError):
-        return False  # reading says what is wrong
+        return False  # reading says the fault
 
 
 def refuse_unreadable(file: Path, what: str = "mesh") -> None:

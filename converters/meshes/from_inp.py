@@ -163,7 +163,7 @@ def _nodes(block: Block) -> FloatArray:
 
 
 def _elements(block: Block) -> LongArray:
-    """Return number and nodes of the elements, (m, 1 + k); a line that ends in a comma goes on in the next one."""
+    """Return number and nodes of the elements, (m, 1 + k); a line that ends in a comma continues in the next one."""
     size = 0
     for line in block.lines:
         size += len([c for c in line.split(",") if c.strip()])
@@ -186,7 +186,7 @@ def _members(block: Block) -> list[LongArray | str]:
             except (ValueError, TypeError):
                 raise block.fault(f"'{line}' must be first, last, step") from None
             if abs(last - first) > MOST_GENERATED * abs(numbers.step) or max(abs(first), abs(last)) > GREATEST:
-                raise block.fault(f"'{line}' generates more numbers than any mesh has ({MOST_GENERATED:g}); mend it")
+                raise block.fault(f"'{line}' generates more numbers than any mesh has ({MOST_GENERATED:g}); correct it")
             ranges.append(np.arange(numbers.start, numbers.stop, numbers.step))
         return ranges
     words = block.words()

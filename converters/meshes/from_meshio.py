@@ -107,7 +107,7 @@ def cells_of_meshio(
 
 
 def _format(path: Path) -> str | None:
-    """Return meshio's name of the format where the suffix stands for two, else None."""
+    """Return meshio's name of the format where the suffix represents two, else None."""
     if path.suffix.lower() != ".msh":
         return None
     with path.open("rb") as file:
@@ -178,7 +178,7 @@ def _physical_names(path: Path) -> dict[tuple[int, int], str]:
 
 
 def _physical_sets(mesh: Any, names: Mapping[tuple[int, int], str]) -> Sets:
-    """Return Gmsh's groups that meshio does not tell apart: of names that several numbers have, and curves of no name.
+    """Return Gmsh's groups that meshio does not distinguish: of names that several numbers have, and curves of no name.
 
     `names` are those in the file, by dimension and number; without them meshio's own are taken.
     """

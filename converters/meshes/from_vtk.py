@@ -99,7 +99,7 @@ def read_data(path: Path) -> Any:
         reader.ReadAllFieldsOn()
     window, said = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkOutputWindow.SetInstance(said)  # VTK writes its complaints there and to its log, and goes on
+    vtkOutputWindow.SetInstance(said)  # VTK writes its complaints there and to its log, and continues
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         reader.Update()
@@ -111,7 +111,7 @@ def read_data(path: Path) -> Any:
     output = output.decode(errors="replace") if isinstance(output, bytes) else output  # where it quotes the file
     complaints = [line.strip() for line in output.splitlines() if line.strip()]
     if data is None or complaints:
-        # Of VTK's lines the telling ones have the form "ERR| Reader (0x...): what is wrong".
+        # Of VTK's lines the telling ones have the form "ERR| Reader (0x...): the fault".
         told = [found[1] for found in (re.search(r"Reader \(0x\w+\): (.+)", line) for line in complaints) if found]
         reason = f" ({told[0]})" if told else ""
         raise ModelError(f"{path}: VTK cannot read it{reason}; it is damaged, cut off, or not what its ending says")

@@ -1,4 +1,4 @@
-"""Groups of a mesh by what they stand for: names of the grammar ``kind:name``, renamed where the user says so."""
+"""Groups of a mesh by what they represent: names of the grammar ``kind:name``, renamed where the user says so."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bsm_mesh.model.edges import LongArray
 
 UNNAMED = f"{PHYSICAL}="  # names of groups of curves that have a number of Gmsh's, and no name, begin so
 ONE_NAME = ". Gmsh keeps a name for one group only: give all curves of a joint to one addPhysicalGroup"
-REST = "*"  # the key that stands for all elements in no rock
+REST = "*"  # the key that represents all elements in no rock
 NO_GROUPS = '; "*" = "rock:NAME" takes all elements, [boundary.NAME] and [joint.NAME] name edges by their place'
 ALL = 200  # names that are shown where one is not found
 MOST_VALUES = 64  # an array with more values numbers elements, not groups
@@ -30,7 +30,7 @@ class NamedGroup:
     Attributes
     ----------
     name : GroupName
-        What it stands for.
+        What it represents.
     source : str
         Its name in the mesh.
     elements, pieces : (k,) int64
@@ -107,7 +107,7 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str], used: Collection[
         elif key == REST:
             rest = target.name
             if target.kind is not GroupKind.ROCK:
-                faults.append(f"groups: '*' stands for the elements in no rock; '{text}' must be rock:name")
+                faults.append(f"groups: '*' represents the elements in no rock; '{text}' must be rock:name")
         elif key in known and not (key.startswith(UNNAMED) and target.kind.dimension == 2):  # a number of surfaces
             groups.append(_named(target, known[key]))
         else:
@@ -205,7 +205,7 @@ def settle_dimensions(named: NamedGroups, piece_of: LongArray) -> NamedGroups:
     named : NamedGroups
         The groups.
     piece_of : (n_elements,) int64
-        Piece that stands for each interface element; -1 for all other elements.
+        Piece that represents each interface element; -1 for all other elements.
 
     Raises
     ------

@@ -123,7 +123,7 @@ def read_blocks(path: Path, depth: int = 0) -> Iterator[Block]:
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Give the lines of a file without comments, with their numbers; options that go on in the next line joined."""
+    """Give the lines of a file without comments, with their numbers; options that continue in the next line joined."""
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
             continued = ""

@@ -74,7 +74,7 @@ def _length_notes(blocks: Blocks, joint: str, edges: LongArray, lines: FloatArra
     if lost > MOST_LOST * within or not is_laid.all():
         middle = (blocks.vertices[edges] + blocks.vertices[blocks.following[edges]])[~is_laid] / 2
         where = f" ({places(np.unique(middle, axis=0))})" if len(middle) else ""
-        text = f"{lost:.3g} of {within:.3g} m of the lines of '{name}' bear another joint{where}"
+        text = f"{lost:.3g} of {within:.3g} m of the lines of '{name}' have another joint{where}"
         kind = NoteKind.LOST if lost > MOST_LOST * within else NoteKind.LOOSE
         notes.append(Note(kind=kind, name=name, count=1, text=text))
     length += far
@@ -107,7 +107,7 @@ def _lengths(lines: FloatArray, blocks: Blocks) -> tuple[float, float]:
 
 
 def with_joint(blocks: Blocks, joint: str, edges: LongArray | IntArray) -> Blocks:
-    """Return blocks with a joint on those of the edges that bear none."""
+    """Return blocks with a joint on those of the edges that carry none."""
     free = edges[blocks.edge_joint[edges] < 0]
     if not free.size:
         return blocks

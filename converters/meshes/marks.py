@@ -39,7 +39,7 @@ class Place:
 
     @property
     def said(self) -> str:
-        """What is given, as in the model file."""
+        """The input, as in the model file."""
         limits = {name: getattr(self, name) for name in ("below", "above", "left_of", "right_of")}
         given = [f"{name} = {value:g}" for name, value in limits.items() if value is not None]
         return ", ".join([*given, *(["along"] if self.along is not None else [])])

@@ -68,7 +68,7 @@ def set_pieces(
     node_sets: Mapping[str, LongArray],
     sides: Mapping[str, LongArray],
 ) -> dict[str, LongArray]:
-    """Return the ends of the line elements that stand for node sets and surfaces; none for those without a side.
+    """Return the ends of the line elements that represent node sets and surfaces; none for those without a side.
 
     Parameters
     ----------

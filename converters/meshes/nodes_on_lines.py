@@ -18,7 +18,7 @@ from bsm_mesh.model.blocks import Blocks, merge_points
 from bsm_mesh.model.edges import LongArray
 
 NEAR = 0.05  # of the narrowest element and the shortest edge at a node: nearer to a line, the node moves onto it
-FARTHEST = 0.15  # of that width: no node moves farther, where lines cross or along a rim
+FARTHEST = 0.15  # of that width: no node moves further, where lines cross or along a rim
 EXACT = 1e-6  # of that width: nearer to a node or an edge than this, a line goes through it
 STRAIGHT = 1e-9  # sine of the angle between two edges that are one straight line
 
@@ -103,7 +103,7 @@ def _freedom(blocks: Blocks, place: FloatArray) -> tuple[BoolArray, FloatArray]:
     bound = np.ones(len(blocks.vertices), dtype=np.bool_)
     inner = joined_pairs(blocks, one, other)
     bound[one[inner]] = bound[other[inner]] = False
-    kind = blocks.edge_joint.astype(np.int64)  # what an edge bears, as a number
+    kind = blocks.edge_joint.astype(np.int64)  # what an edge carries, as a number
     for edges in blocks.boundaries.values():
         bound[edges] = True
         on = np.zeros(len(blocks.vertices), dtype=np.int64)

@@ -38,9 +38,9 @@ class Outlines:
     pieces : (n_pieces, 2) int64
         End points of the line elements, then of the interface elements.
     piece_of : (n_elements,) int64
-        Piece that stands for each interface element; -1 for all other elements.
+        Piece that represents each interface element; -1 for all other elements.
     notes : tuple of Note
-        What was mended or left out.
+        Repairs and omissions.
     precision : Precision
         Of the coordinates in the file.
     tolerance : float [m]
@@ -109,7 +109,7 @@ def _used_nodes(cells: MeshCells, unit_scale: float) -> BoolArray:
     if bad.size:
         raise ModelError(
             f"{cells.source}: coordinates of {counted(bad.size, 'node')} are no numbers below {farthest:g} "
-            f"(counted from 0: {listing(bad)}); mend the mesh, or its unit of length"
+            f"(counted from 0: {listing(bad)}); correct the mesh, or its unit of length"
         )
     return used
 

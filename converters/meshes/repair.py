@@ -1,4 +1,4 @@
-"""Repair of blocks on request: corners that nearly coincide, and slivers; every change is told."""
+"""Repair of blocks on request: corners that nearly coincide, and slivers; every change is reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the conversion of a mesh found, mended and left out."""
+"""What the conversion of a mesh found, corrected and left out."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ MOST_LOST = 0.01  # of the length in the rock of a joint or a boundary: less may
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Note:
-    """One thing that was mended or left out.
+    """A repair or an omission.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Note:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class MeshReport:
-    """What came of a mesh.
+    """The outcome of a mesh.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class MeshReport:
     bolts : mapping of str to (n, 2, 2) float64 [m]
         Both ends of every piece of each ``bolt:`` group.
     notes : tuple of Note
-        What was mended or left out.
+        Repairs and omissions.
     """
 
     source: str

@@ -48,7 +48,7 @@ def draw_key_blocks(
         Of this rock.
     azimuth, plunge : float [degrees]
         Direction in which one looks: clockwise from north, and downwards from the level, negative upwards; by default
-        at the faces of the blocks that come down. Faces that turn their rock to the viewer are left out.
+        at the faces of the unstable blocks. Faces that turn their rock to the viewer are left out.
     title : str
         Heading.
 
@@ -73,7 +73,7 @@ def draw_key_blocks(
     flat, depth = _seen(np.concatenate(polygons), azimuth, plunge)
     sizes = [len(corners) for corners in polygons]
     parts, depths = np.split(flat, np.cumsum(sizes)[:-1]), np.split(depth, np.cumsum(sizes)[:-1])
-    order = np.argsort([-part.mean() for part in depths])  # the farthest first
+    order = np.argsort([-part.mean() for part in depths])  # the most distant first
     figure = Figure(figsize=(9, 7), dpi=110, layout="constrained")
     axes = figure.add_subplot()
     axes.set_aspect("equal")
@@ -101,7 +101,7 @@ def _kinds(found: KeyBlocks) -> IntArray:
 
 
 def _faces(blocks: Polyhedra, found: KeyBlocks, kind: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the faces that are drawn, free ones and all of blocks that come down, their kinds and vectors of area.
+    """Return the faces that are drawn, free ones and all of unstable blocks, their kinds and vectors of area.
 
     The vectors point out of the block.
     """
@@ -121,7 +121,7 @@ def _faces(blocks: Polyhedra, found: KeyBlocks, kind: IntArray) -> tuple[IntArra
 
 
 def _view(found: KeyBlocks, faces: IntArray, kind: IntArray, outward: FloatArray) -> tuple[float, float]:
-    """Return azimuth and plunge at which one looks at the free faces of what comes down, or else at all free faces."""
+    """Return azimuth and plunge of a view on the free faces of the unstable blocks, or else on all free faces."""
     free = np.isin(faces, found.free_faces)
     comes = free & (kind >= 3)
     return _towards(-outward[comes if comes.any() else free].sum(axis=0))
@@ -149,7 +149,7 @@ def _seen(points: FloatArray, azimuth: float, plunge: float) -> tuple[FloatArray
 
 
 def _name_blocks(axes: Any, found: KeyBlocks, kind: IntArray, azimuth: float, plunge: float) -> None:
-    """Ring and name the blocks that come down, the largest first; slivers are not named."""
+    """Ring and name the unstable blocks, the largest first; slivers are not named."""
     rows = np.flatnonzero((kind >= 3) & ~found.sliver)
     rows = rows[np.argsort(-found.volume[rows])][:MAX_NAMED]
     place, _ = _seen(found.centroid[rows], azimuth, plunge)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from importlib import import_module
 
-# Pages, their titles, and what stands on them in this order. A name without a dot is one of `bsm_mesh`.
+# Pages, their titles, and what is on them in this order. A name without a dot is one of `bsm_mesh`.
 PAGES: dict[str, tuple[str, str]] = {
     "running": (
         "Load, run, judge",
@@ -67,7 +67,7 @@ def page(title: str, paths: list[str]) -> str:
 
 
 def reference_pages() -> dict[str, str]:
-    """Return the pages of the reference by their names; what is public and on no page stands on one of its own."""
+    """Return the pages of the reference by their names; what is public and on no page is on one of its own."""
     import bsm_mesh
 
     pages = {}

@@ -1,4 +1,4 @@
-"""What is told of this example: published numbers, its models and what may change in them, movements of the points."""
+"""Data of this example: published numbers, its models with their options, displacements of the points."""
 
 import math
 import re
@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 SIZE = 50.0  # m, of an element
 CONDITIONS = ("none", "low", "intermediate-low", "intermediate", "high")
 CREST = -330 / math.tan(math.radians(40))  # m
-OPTIONS = bsm.Options(displacement_limit=10.0)  # m: farther is a slide
+OPTIONS = bsm.Options(displacement_limit=10.0)  # m: further is a slide
 
 
 def published(source):

@@ -1,4 +1,4 @@
-"""What is told of this example: its two cases and what may change in them, the continuum, movements where measured."""
+"""Data of this example: its two cases with their options, the continuum, measured displacements."""
 
 import tempfile
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from bsm_mesh.model.submodel import some_blocks
 HERE = Path(__file__).parent
 LEFT, RIGHT, FLOOR, CROWN, TOP = -3.0, 3.0, -8.0, 0.0, 9.0  # m
 NEAR = 1e-6  # m: a corner this near to a line lies on it
-# The measured sections stand in Fig. 8.10 only; these are assumed: start on the wall, end in the rock.
+# The measured sections are in Fig. 8.10 only; these are assumed: start on the wall, end in the rock.
 EXTENSOMETERS = {
     "crown, upwards": ((0.0, CROWN), (0.0, TOP)),
     "upper right corner, 45 degrees": ((RIGHT, CROWN), (10.0, 7.0)),
@@ -130,7 +130,7 @@ def with_bolts(model, **change):
 
 
 def movement_of(results):
-    """Return how the blocks that are left have moved at the end of a run."""
+    """Return how the blocks that are left moved at the end of a run."""
     stage = results.stages[-1]
     return Movement(some_blocks(results.blocks, stage.present), stage.displacement[stage.present])
 
@@ -154,7 +154,7 @@ def continuum(model, joints, slips=False, order=2):
 
 
 def slipping_elements():
-    """Return Case 1 as finite elements move its blocks, their joints slipping, to be set beside a run."""
+    """Return Case 1 as finite elements move its blocks, their joints slipping, to be compared with a run."""
     model = load().replace(title="Finite elements with joints that slip, Case 1")
     return as_elements_move(model, solve_continuum(model, joints=True, order=1))
 

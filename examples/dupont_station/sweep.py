@@ -22,7 +22,7 @@ def of_the_ground(base):
         yield f"soil of {weight / 1e3:g} kN/m3 (20)", station.with_soil(base, weight)
     for pressure in (48e3, 83e3):
         yield f"P_i = {pressure / 1e3:g} kPa (69)", station.with_pressure(base, pressure)
-    yield "rock bears 3.45 MPa of tension (none)", station.with_rock_tension(base, 3.45e6)
+    yield "rock carries 3.45 MPa of tension (none)", station.with_rock_tension(base, 3.45e6)
 
 
 def of_the_mesh(base):
@@ -40,7 +40,7 @@ def of_the_mesh(base):
         *((f"zones {d:g} m wide (1)", {"zone_width": d}) for d in (0.5, 2.0)),
         ("zone 2 m nearer the crown", {"zone_offset": -2.0}),
         ("zone through the upper right corner", {"zone_offset": -4.0}),
-        ("zone 2 m farther", {"zone_offset": 2.0}),
+        ("zone 2 m further", {"zone_offset": 2.0}),
     ):
         yield name, station.on_layout(base, **parameters)
 

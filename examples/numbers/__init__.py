@@ -1,1 +1,1 @@
-"""Numbers of the pages, made by running what they tell of: ``python -m examples.numbers``."""
+"""Numbers of the pages, made by running their models: ``python -m examples.numbers``."""

@@ -1,6 +1,6 @@
 """Run what the pages tell of, and write its numbers into them: ``python -m examples.numbers [NAME ...] [--check]``.
 
-A table of a page stands between two marks that bear its name. ``--check`` changes nothing, and ends with exit code 1
+A table of a page is between two marks that have its name. ``--check`` changes nothing, and ends with exit code 1
 where a number differs by more than its table allows. ``--quick`` leaves out what takes minutes.
 """
 

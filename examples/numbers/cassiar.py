@@ -20,7 +20,7 @@ Points = Sequence[tuple[float, float]] | None
 
 @dataclasses.dataclass(frozen=True)
 class Told:
-    """What is told of a model: its run in which the water rises, and that of weight and high water at once.
+    """What is reported of a model: its run in which the water rises, and that of weight and high water at once.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Told:
 
 
 def told_of(model: bsm.Model, points: Points = None) -> Told:
-    """Return what is told of a model."""
+    """Return the record of a model."""
     rising = bsm.run(model, slope.OPTIONS)
     whole, since_dry = slope.rising(rising, points)
     once = bsm.run(slope.at_once(model), slope.OPTIONS)
@@ -50,7 +50,7 @@ def told_of(model: bsm.Model, points: Points = None) -> Told:
 
 @cache
 def main_case() -> Told:
-    """Return what is told of the main case."""
+    """Return the record of the main case."""
     return told_of(slope.load())
 
 
@@ -72,7 +72,7 @@ def by_the_thesis(cycles: int) -> bsm.Results:
 
 
 def at_rest() -> dict[str, np.ndarray]:
-    """Return those of `routes` that come to rest."""
+    """Return those of `routes` that reach rest."""
     return {name: points for name, points in routes().items() if not np.isnan(points).any()}
 
 
@@ -86,7 +86,7 @@ Variations = Callable[[bsm.Model], Iterator[tuple[str, bsm.Model, Points]]]
 
 @cache
 def varied(variations: Variations) -> dict[str, Told]:
-    """Return what is told of every variation."""
+    """Return the record of every variation."""
     return {name: told_of(model, points) for name, model, points in variations(slope.load())}
 
 

@@ -1,4 +1,4 @@
-"""The command that writes tables into pages, or compares them with what stands there."""
+"""The command that writes tables into pages, or compares them with what is there."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from examples.numbers.pages import Table, markdown
 from examples.numbers.routes import other_routes
 
 README, PAGE = "examples/dupont_station/README.md", "docs/dupont_station.md"
-OPTIONS = bsm.Options(displacement_limit=0.3)  # farther is a fall: of an opening of 6 m
+OPTIONS = bsm.Options(displacement_limit=0.3)  # further is a fall: of an opening of 6 m
 CASES = {"Case 1": "model", "Case 2": "bolts"}
 CROWN, WALLS = (5.0, 10.0), (1.3, 2.5)  # measured [mm]
 PLACES = ("crown", "left wall", "right wall")
@@ -26,7 +26,7 @@ Told = dict[str, object]
 
 
 def told_of(results: bsm.Results) -> Told:
-    """Return what is told of a run: verdict, movements [mm], and pressures of the bolts [kPa]."""
+    """Return the record of a run: verdict, movements [mm], and pressures of the bolts [kPa]."""
     summary = station.movement_of(results).summary()
     bolts = results.stages[-1].bolts
     verdict = verdict_in_words(results.blocks, results.stages[-1])
@@ -80,7 +80,7 @@ MOVEMENTS = (
 
 
 def movement_table(what: str, rows: Iterator[tuple[str, Told]]) -> str:
-    """Return a table of movements, with the least and greatest of what stands at its end."""
+    """Return a table of movements, with the least and greatest of what is at its end."""
     rows = list(rows)
     lines = [(name, *movements(told)) for name, told in rows]
     standing = [told for _, told in rows if told["verdict"] == "stable"]
@@ -209,7 +209,7 @@ def findings() -> str:
     """Return the table of what was published, and how often it comes out."""
     first, second, drawn = (list(runs.values()) for runs in (routes("Case 1"), routes("Case 2"), layouts()))
     standing = [told for told in drawn if told["verdict"] == "stable"]
-    stands = Finding("the opening stands", "yes", lambda told: told["verdict"], lambda verdict: verdict == "stable")
+    stands = Finding("the opening is stable", "yes", lambda told: told["verdict"], lambda verdict: verdict == "stable")
     lines = [_line(stands, first, drawn)]
     lines += [_line(finding, first, standing) for finding in MOVED]
     lines += [_line(finding, second, []) for finding in BOLTED]

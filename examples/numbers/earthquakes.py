@@ -37,7 +37,7 @@ class Block:
 
     @property
     def angle(self) -> float:
-        """The angle at which it stands on edge [rad]."""
+        """The angle at which it is on edge [rad]."""
         return float(np.arctan2(1.0, self.slenderness))
 
     @property
@@ -49,7 +49,7 @@ class Block:
 
 
 def swings_of(block: Block, damping: float | str) -> FloatArray:
-    """Return the first swings after impacts of a block, over the angle at which it stands on edge."""
+    """Return the first swings after impacts of a block, over the angle at which it is on edge."""
     half_height = block.height / 2
     length = 9 * np.sqrt(4 * half_height / np.cos(block.angle) / (3 * GRAVITY))  # two swings from three quarters on
     shaking = bsm.Shaking(**QUIET, cycles=length, every=2e-3, contact_damping=damping)

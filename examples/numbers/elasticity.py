@@ -1,4 +1,4 @@
-"""Numbers of docs/theory.md, section 3: the elastic continuum that a mesh of blocks stands for."""
+"""Numbers of docs/theory.md, section 3: the elastic continuum that a mesh of blocks represents."""
 
 from __future__ import annotations
 

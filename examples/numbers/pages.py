@@ -18,7 +18,7 @@ class Table:
     Attributes
     ----------
     name : str
-        As its marks bear it.
+        As its marks carry it.
     page : str
         The page, relative to the checkout.
     make : callable

@@ -46,7 +46,7 @@ def verdict(results: bsm.Results) -> str:
 
 
 def moved(results: bsm.Results, blocks: list[int] | None = None) -> np.ndarray:
-    """Return how far centroids have moved at the end, (k,) [m]."""
+    """Return how far centroids moved at the end, (k,) [m]."""
     distance = np.hypot(*results.stages[-1].displacement[:, :2].T)
     return distance if blocks is None else distance[blocks]
 

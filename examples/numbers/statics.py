@@ -193,7 +193,7 @@ the third digit on.
 
 By limit analysis the greatest tilt is {5 + beyond:.2f}° ({beyond:.2f}° beyond the 5° of model.toml). Beyond it the
 wall must fail. Below it forces within strength exist, but whether the bricks find them is another matter: with
-friction, limit analysis gives an upper bound, and here the bricks come down earlier. This is why "admissible" proves
+friction, limit analysis gives an upper bound, and here the bricks fall earlier. This is why "admissible" proves
 nothing. Stiffness of the joints (10 GPa/m) does not change it much:
 {", ".join(stiff)}. Which bricks are named as unstable depends on how far the wall is followed."""
 
@@ -244,7 +244,7 @@ The lowest block turns with the others but is named stable, as it moves less tha
 
 
 def uncertain_slope() -> str:
-    """Return what the study finds, beside the formula."""
+    """Return what the study finds, compared with the formula."""
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory() as folder:

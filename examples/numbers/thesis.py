@@ -131,7 +131,7 @@ def layered_sizes() -> str:
 
 
 def _spans(results: bsm.Results, model: bsm.Model) -> str:
-    """Return the means of what the lower and the upper layer have moved."""
+    """Return the means of what the lower and the upper layer moved."""
     return ", ".join(f"{moved(results, rows).mean():.2f}" for rows in layers(model, 40.0)) + " m"
 
 
@@ -149,7 +149,7 @@ def on_its_way() -> str:
     spans = [f"{now[rows].min():.2f} to {now[rows].max():.2f} m" for rows in (lower, upper)]
     ends = [f"{moved(results, rows).mean():.3f} m" for rows in (lower, upper)]
     rebound = max(2.0 - state[lower].min() for state in states[arrived:])
-    return f"""After step {arrived + 1} of {last} the lower layer has moved {spans[0]} and the upper {spans[1]} (as
+    return f"""After step {arrived + 1} of {last} the lower layer moved {spans[0]} and the upper {spans[1]} (as
 Fig. 4.21); at the end {ends[0]} and {ends[1]} (Fig. 4.22). What moves has inertia: blocks of the lower
 layer rebound from the toe by up to {rebound:.2f} m before they rest there. The contact of two blocks
 is damped critically, the spring that a whole layer is much less."""
@@ -207,7 +207,7 @@ def filling_thickness() -> str:
         lines.append((f"{1e3 * thickness:g} mm", *down, *held))
     header = (
         "filling",
-        "come down unbolted, thesis's iteration",
+        "fall unbolted, thesis's iteration",
         "default scheme",
         "with the roof bolt",
         "two bolts; corner block moves into the opening, down",

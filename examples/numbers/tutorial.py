@@ -37,7 +37,7 @@ def numbers() -> str:
     rows = [
         ("blocks", str(area.size)),
         ("without bolts", bare.status.value),
-        ("comes down", f"{bare.unstable_blocks.size} blocks, {area[bare.unstable_blocks].sum():.1f} m2"),
+        ("falls", f"{bare.unstable_blocks.size} blocks, {area[bare.unstable_blocks].sum():.1f} m2"),
         ("with bolts", last.status.value),
         ("scaled off", f"{len(chips)} chips, {sum(chips):.2f} m2"),
         ("greatest displacement", f"{1e3 * last.max_displacement:.2f} mm"),
@@ -47,7 +47,7 @@ def numbers() -> str:
             f"{100 * last.bolts.utilisation.max():.0f} % of its strength",
         ),
         ("factor of safety, bolted", f"stable at {factor.stable:.3f}, unstable at {factor.unstable:.3f}"),
-        ("beside finite elements", beside.sentence),
+        ("compared with finite elements", beside.sentence),
     ]
     return markdown(("", ""), rows)
 

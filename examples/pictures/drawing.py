@@ -39,15 +39,15 @@ class Drawn:
     columns : int
         In how many columns several panels stand.
     window : (x0, y0, x1, y1), optional [m]
-        What is seen.
+        The visible part.
     beside : tuple of (name, model)
-        What is set beside the histories, models as above.
+        The values compared with the histories, models as above.
     script : str
         What draws it instead, relative to the checkout.
     elsewhere : str
         The command that draws it; it is only listed here.
     shows, mended : str
-        What is seen, and what was mended when it was judged.
+        The visible part, and what was corrected when it was judged.
     """
 
     target: str
@@ -181,7 +181,7 @@ def _joined(panels: Sequence[Path], columns: int) -> Image.Image:
 
 
 def table(pictures: Sequence[Drawn]) -> str:
-    """Return the table of the page: every picture, what it shows, what was mended."""
+    """Return the table of the page: every picture, what it shows, what was corrected."""
     rows = []
     for picture in pictures:
         with Image.open(ROOT / picture.target) as image:
@@ -189,7 +189,7 @@ def table(pictures: Sequence[Drawn]) -> str:
         how = picture.script or picture.elsewhere
         how = f"`{how}`" if how else f"`{picture.name}` of {_models(picture)}"
         rows.append((f"[{picture.target}](../{picture.target})", how, size, picture.shows, picture.mended or "nothing"))
-    return markdown(("picture", "drawn by", "pixels", "shows", "mended"), rows)
+    return markdown(("picture", "drawn by", "pixels", "shows", "corrected"), rows)
 
 
 def _models(picture: Drawn) -> str:

@@ -17,7 +17,7 @@ PICTURES = (
         columns=2,
         window=(-20.0, -6.0, 20.0, 26.0),
         shows="The demo: without bolts a roof wedge falls, with bolts the cavern is stable; joints that slip or open",
-        mended="new; stood for a linear tunnel in which nothing can fail",
+        mended="new; represented a linear tunnel in which nothing can fail",
     ),
     Drawn(
         target="docs/first_answer.png",
@@ -59,7 +59,7 @@ PICTURES = (
         target="docs/safety.png",
         elsewhere="bsm-mesh safety",
         shows="Joints in the last stable state of the slope, blocks that fail in the first unstable one",
-        mended="drawn as every other picture: colours that all eyes tell apart, shares, supports, a key",
+        mended="drawn as every other picture: colours that every eye distinguishes, shares, supports, a key",
     ),
     Drawn(
         target=f"{EX}/01_circular_tunnel/stresses.png",
@@ -78,7 +78,7 @@ PICTURES = (
         models=(f"{EX}/02_pushed_block/model.toml", f"{EX}/02_pushed_block/apart.toml"),
         name=FINAL,
         columns=2,
-        shows="The block that comes to rest against the next one, and the one that falls",
+        shows="The block that reaches rest against the next one, and the one that falls",
         mended=f"{NEW_LOOK}; the block is named; what falls is followed beyond the model's box",
     ),
     Drawn(
@@ -121,7 +121,7 @@ PICTURES = (
         models=tuple(f"{EX}/04_bolted_opening/{name}.toml" for name in ("unbolted", "roof_bolt", "two_bolts", "model")),
         name=FINAL,
         columns=2,
-        shows="Four steps: no bolt, roof, roof and wall, all three; what comes down",
+        shows="Four steps: no bolt, roof, roof and wall, all three; every unstable block",
         mended=f"{NEW_LOOK}; falling blocks ringed and named with area and weight",
     ),
     Drawn(
@@ -182,8 +182,8 @@ PICTURES = (
             ("no water", "cassiar/none.toml"),
             ("high water, having risen", "cassiar/rising.toml"),
         ),
-        shows="The seven points of Wang Fig. 8.19 by water table, beside UDEC, BLOSMER and what was observed",
-        mended="new, from `[[history]] measured`; stood for a chart by a script",
+        shows="The seven points of Wang Fig. 8.19 by water table, compared with UDEC, BLOSMER and the observation",
+        mended="new, from `[[history]] measured`; represented a chart by a script",
     ),
     Drawn(
         target=f"{EX}/cassiar_slope/histories.png",
@@ -227,7 +227,7 @@ PICTURES = (
         ),
         shows="Displacements along the extensometers and the top of rock by blocks and elements, beside what was "
         "published, as Wang Figs. 8.8 to 8.10 and 8.12",
-        mended="new, from `[[history]] measured`; stood for two charts by a script",
+        mended="new, from `[[history]] measured`; represented two charts by a script",
     ),
     Drawn(
         target=f"{EX}/dupont_station/bolts.png",
@@ -289,7 +289,7 @@ PICTURES = (
         target=f"{EX}/staged_tunnel/weak.png",
         models=(f"{EX}/staged_tunnel/weak.toml",),
         name=FINAL,
-        shows="Weak joints: a block comes down with the bench",
+        shows="Weak joints: a block falls with the bench",
         mended=f"{NEW_LOOK}; the block, which was lost among 600, is ringed and named",
     ),
     Drawn(

@@ -89,7 +89,7 @@ def _draw_law(axes: Any) -> None:
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     axes.legend(fontsize=9, frameon=False, loc="lower right")
-    _title(axes, "A joint sticks, slips or opens. Equilibrium of all\nblocks is found, or the blocks that come down.")
+    _title(axes, "A joint sticks, slips or opens. Equilibrium of all\nblocks is found, or the unstable blocks.")
 
 
 if __name__ == "__main__":

@@ -147,10 +147,12 @@ class BlockCut:
         return np.flatnonzero(np.diff(self.faces) > 1)
 
     def report(self) -> list[str]:
-        """Return what came of the joints, a line each."""
+        """Return the outcome of the joints, a line each."""
         lines = [f"{self.count} blocks, {self.by}", *(str(account) for account in self.accounts)]
         if self.by.slivers:
-            lines.append(f"{counted(self.by.slivers, 'sliver')} thinner than two tolerances joined to the block beside")
+            lines.append(
+                f"{counted(self.by.slivers, 'sliver')} thinner than two tolerances joined to the adjacent block"
+            )
         if self.holed.size:
             lines.append(f"{self.holed.size} blocks have a hole and are divided when they are read")
         return lines

@@ -14,7 +14,7 @@ from bsm_mesh.geometries.session import gmsh_session
 
 
 def node_by_gmsh(lines: Lines, tolerance: float) -> Graph:
-    """Return the graph of the pieces; curves are told by the map of children that `fragment` returns."""
+    """Return the graph of the pieces; curves are identified by the map of children that `fragment` returns."""
     options = {"Geometry.Tolerance": tolerance, "Geometry.ToleranceBoolean": tolerance}
     with gmsh_session("joints", options) as gmsh:
         occ = gmsh.model.occ

@@ -9,7 +9,7 @@ import numpy as np
 from bsm_mesh.geometries.cutting.pieces import IntArray, Pieces
 from bsm_mesh.geometries.joint_sets import FloatArray
 
-SHARE = 0.4  # of the shortest edge at a point: it moves no farther
+SHARE = 0.4  # of the shortest edge at a point: it moves no further
 LEAST_SINE = 1e-9  # of the angle of two lines that are taken to cross
 
 
@@ -97,7 +97,7 @@ def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> tuple[FloatA
     placed = graph.points.copy()
     foot = _foot(graph.points[at], pieces, one)
     crossing = _crossing(foot, pieces, one, other)
-    # Lines on a grid that cross at a small angle meet farther from where the lines themselves do.
+    # Lines on a grid that cross at a small angle meet further from where the lines themselves do.
     shortest = np.full(len(graph.points), np.inf)
     np.minimum.at(shortest, graph.edges.T.ravel(), np.tile(graph.length, 2))
     slant = np.minimum(1.5 * tolerance / np.maximum(sine[steepest], LEAST_SINE), SHARE * shortest[at])

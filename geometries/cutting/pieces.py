@@ -31,7 +31,7 @@ class Pieces:
     region : (n,) int64
         Index of the region that it outlines; -1 for traces.
     extends : (n,) bool
-        Whether its dead ends go on to the next joint.
+        Whether its dead ends continue to the next joint.
     joint_names : tuple of str
         Names of the joints: those of borders first, then in the order given.
     """

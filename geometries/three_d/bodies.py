@@ -85,7 +85,7 @@ def prism(
     origin : (float, float, float) [m]
         Where the axis begins.
     length : float, optional [m]
-        Length of the body; where not given it goes on to both sides.
+        Length of the body; where not given it continues to both sides.
 
     Raises
     ------

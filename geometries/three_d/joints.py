@@ -188,7 +188,7 @@ class JointSet:
         start = None if self.origin is None else float(mean @ np.asarray(self.origin, dtype=np.float64))
         middle = float(mean @ centre)
         if self.scatter is not None:
-            reach = float(np.linalg.norm(high - low)) / 2  # planes that turn reach in from farther away
+            reach = float(np.linalg.norm(high - low)) / 2  # planes that turn reach in from further away
         place = places_across(f"joint set '{self.name}'", law, middle, reach, start, generator)
         return Planes(
             normal=self._normals(len(place), generator),

@@ -192,7 +192,7 @@ def _inside_part(cells: CellComplex, part: HalfSpaces, may: BoolArray) -> BoolAr
 def _finished(
     cells: CellComplex, rock: RockMass, void: BoolArray, joint_names: tuple[str, ...], planes: Mapping[str, int]
 ) -> CellCut:
-    """Return what is left of a complex without the cells of openings, renumbered."""
+    """Return the rest of a complex without the cells of openings, renumbered."""
     kept = ~void
     renumbered = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
     old = cells.face_cells.values

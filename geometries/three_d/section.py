@@ -81,7 +81,7 @@ class Section:
         self.new_points = points[start] + (points[end] - points[start]) * share
 
     def distance(self, corners: IntArray) -> FloatArray:
-        """Return the distances of points from the plane [m], the same for a point wherever it stands in the array."""
+        """Return the distances of points from the plane [m], the same for a point wherever it is in the array."""
         x, y, z = self.whole.points.values[corners].T
         height: FloatArray = x * self.normal[0] + y * self.normal[1] + z * self.normal[2] - self.offset
         return height

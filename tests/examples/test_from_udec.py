@@ -28,7 +28,7 @@ def test_the_problem_runs(case: Case) -> None:
     results = bsm.Results.load("out/opening")
     assert [stage.status for stage in results.stages] == ["stable", "stable"]
     assert results.stages[0].max_displacement < 1e-9  # the field balances the loads exactly
-    assert -2e-3 < results.histories["crown"].values[-1, 1] < 0  # the crown comes down a little
+    assert -2e-3 < results.histories["crown"].values[-1, 1] < 0  # the crown falls a little
     assert (case.folder / "out/opening/pictures/joints_state.png").is_file()
 
 

@@ -1,4 +1,4 @@
-"""What the README shows runs as it stands."""
+"""What the README shows runs as it is stable."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def test_a_bolted_bank_ends_in_a_verdict(model):
 @settings(max_examples=10, derandomize=True, deadline=None)
 @given(bolted_banks())
 def test_limit_analysis_agrees_with_a_stable_end(model):
-    """What stands where it is, within its strength and hardly moved, cannot be statically inadmissible."""
+    """What is where it is, within its strength and hardly moved, cannot be statically inadmissible."""
     results = bsm.run(model, bsm.Options(scheme="continuation"))
     if results.status == "stable" and results.stages[-1].max_displacement < 1e-4:
         assert bsm.limit_analysis(model).admissible

@@ -9,7 +9,7 @@ import bsm_mesh as bsm
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 
 FINE = 60  # steps from corner to corner of a path
-ROUGH = 2e-3  # of all work to and fro: the trapezoidal rule on paths with corners in the forces
+ROUGH = 2e-3  # of all work back and forth: the trapezoidal rule on paths with corners in the forces
 ROUNDING = 1e-9  # J: positions round by 2e-16 m, and paths may be as short as that
 
 JOINTS = {

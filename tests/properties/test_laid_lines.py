@@ -33,7 +33,7 @@ def test_a_line_of_any_kind_is_laid_to_the_last_metre(shape: str, tmp_path: Path
         laid, parent, notes = lay_lines(given, lines)
         assert faults_of(given, laid, lines, on_rim=kind == "rim", close=kind in CLOSE) == [], (kind, lines)
         assert len(parent) == laid.count
-        assert not [note for note in notes if "bear another" in note.text]
+        assert not [note for note in notes if "carry another" in note.text]
 
 
 @pytest.mark.usefixtures("read_here")

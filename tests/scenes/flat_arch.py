@@ -1,11 +1,11 @@
 """Flat arches of one or two stones that snap through, and the exact limit.
 
-A stone of length L and height H stands between walls on the diagonal, whose angle is b and whose length is D. Turned to
+A stone of length L and height H is between walls on the diagonal, whose angle is b and whose length is D. Turned to
 the angle b it thrusts against k, the springs at its ends in series, by ``k (D cos b - L)``, and carries the weight
 ``W(b) = 2 k tan b (D cos b - L)``, or half of it at its upper corner. The greatest W is the limit.
 
-Two stones meet on a face that turns, so that their shear spring bears a part of the thrust: with shear springs stiffer
-than normal ones the formula holds for one stone beside a smooth wall, whose face stays upright.
+Two stones meet on a face that turns, so that their shear spring carries a part of the thrust: with shear springs
+stiffer than normal ones the formula holds for one stone beside a smooth wall, whose face stays upright.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ CLOSE = 1e-9
 def on_two_joints(**flow):
     """Return two loaded blocks on a fixed base, which touch at one point: the joints below them are in series.
 
-    Water stands at 20 m to the left of the base and at 2 m to its right. The joints resist no shear, so that blocks
+    Water is at 20 m to the left of the base and at 2 m to its right. The joints resist no shear, so that blocks
     that turn press on them with nothing but their loads.
     """
     base = [(0, -1), (2, -1), (4, -1), (4, 0), (2, 0), (0, 0)]

@@ -32,7 +32,7 @@ def conditions(net: Network, *, head=None, spill=None, pumped=None) -> Condition
 
 
 def dam(width: float, height: float, spacing: float, upstream: float, downstream: float):
-    """Return a rectangular dam of level and upright joints on an impervious base, and what is given on its faces."""
+    """Return a rectangular dam of level and upright joints on an impervious base, and the input on its faces."""
     x = np.concatenate([[0.0], np.arange(spacing / 2, width, spacing), [width]])
     y = np.arange(spacing / 2, height, spacing)
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)

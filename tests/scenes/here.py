@@ -23,7 +23,7 @@ BEFORE = len(python_command("module")) - 1  # words of the command before the mo
 
 
 def run_here(command: Sequence[str], *, cwd: str | os.PathLike[str], **_: Any) -> CompletedProcess[str]:
-    """Run the module of a `python_command`, as `subprocess.run` would where it captures what is said."""
+    """Run the module of a `python_command`, as `subprocess.run` would where it captures the text."""
     module = command[BEFORE]
     out, err, code = io.StringIO(), io.StringIO(), 0
     with (

@@ -1,4 +1,4 @@
-"""Runs that are interrupted: what they leave at their checkpoints, laid out for one that goes on."""
+"""Runs that are interrupted: what they leave at their checkpoints, laid out for one that continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Models of blocks on one kind of joint or with named sides, and where blocks stand at the end."""
+"""Models of blocks on one kind of joint or with named sides, and where blocks are at the end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def model_of(polygons, *, friction=35.0, kn=1e9, fixed=(0,), supports=None, law=
 
 
 def moved_polygons(results):
-    """Return the polygons of the blocks as they stand at the end."""
+    """Return the polygons of the blocks as they are at the end."""
     blocks, displacement = results.blocks, results.stages[-1].displacement
     centroid = blocks.moments.centroid
     return [

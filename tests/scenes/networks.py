@@ -1,4 +1,4 @@
-"""Joint networks to cut, and what came of them in a form that does not depend on the numbers of blocks."""
+"""Joint networks to cut, and the outcome of them in a form that does not depend on the numbers of blocks."""
 
 from __future__ import annotations
 

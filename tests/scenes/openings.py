@@ -1,4 +1,4 @@
-"""Openings in 24 blocks: what stands over them hangs on bolts, or comes down."""
+"""Openings in 24 blocks: what stands over them hangs on bolts, or falls."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ CLOSE = ("by the rim", "grazing")  # lines that may lie so
 def faults_of(
     given: Blocks, laid: Blocks, lines: dict[str, list[np.ndarray]], *, on_rim: bool = False, close: bool = False
 ) -> list[str]:
-    """Return what is wrong with blocks in which lines of joints are laid; nothing for most.
+    """Return the faults of blocks in which lines of joints are laid; nothing for most.
 
     `on_rim`: the lines lie on the rim, to rounding; `close`: they may lie near it for some way.
     """

@@ -82,7 +82,7 @@ def swings(time, turn, count):
 
 
 def housners_swings(angle, begin, count):
-    """Return the same of Housner's block (1963) that is let go at `begin` and stands on edge at `angle` [rad].
+    """Return the same of Housner's block (1963) that is let go at `begin` and is on edge at `angle` [rad].
 
     The rate of turn after an impact is r = 1 - 3/2 sin^2 a of that before, so the depth of the centre below its highest
     place falls by r^2. No angle is taken as small: at 27 degrees Housner's own linear form is .8 % lower.

@@ -15,7 +15,7 @@ from bsm_mesh.errors import ModelError
 
 @dataclass(frozen=True)
 class Doubling:
-    """Doubles x; kills its process where it is told to, once or always.
+    """Doubles x; kills its process where it is reported to, once or always.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ def in_time(count, height):
 def column(shaking, count, height, stiffness=None, strength=None):
     """Return a column of so many blocks, with a joint in its middle of a stiffness [Pa/m] and a shear strength [Pa].
 
-    Without them the rock goes on there. The joint's face has the rock's spring in series with the joint's.
+    Without them the rock continues there. The joint's face has the rock's spring in series with the joint's.
     """
     middle, own = count // 2, SHEAR_MODULUS / height
     blocks = bsm.Blocks.from_polygons(

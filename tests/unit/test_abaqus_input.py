@@ -11,7 +11,7 @@ from bsm_mesh.converters import read_mesh
 from bsm_mesh.converters.meshes.from_inp import read_inp
 from bsm_mesh.errors import ModelError
 
-# Six squares of 1 m, three beside each other, two rows; nodes 1 to 12, elements 1 to 6.
+# Six squares of 1 m, three side by side, two rows; nodes 1 to 12, elements 1 to 6.
 NODES = "".join(f"{4 * j + i + 1}, {i}., {j}.\n" for j in range(3) for i in range(4))
 ELEMENTS = "".join(
     f"{3 * j + i + 1}, {4 * j + i + 1}, {4 * j + i + 2}, {4 * j + i + 6}, {4 * j + i + 5}\n"

@@ -43,10 +43,10 @@ def test_a_set_that_abuts_crosses_no_joint_of_the_other() -> None:
         edges = {name: np.concatenate([g[name] for g in (cut.joints, cut.dead) if name in g]) for name in ("J1", "J2")}
         np.add.at(degree, edges["J2"].ravel(), 1)
         on_first = np.unique(edges["J1"])
-        assert (degree[on_first].max() == 1) == bool(abuts)  # it ends there, and goes on without
+        assert (degree[on_first].max() == 1) == bool(abuts)  # it ends there, and continues without
     with pytest.raises(GeometryError, match="joint set 'J2': abuts on 'J9', which is no set of this rock"):
         cut_blocks(RockMass(regions=region, joints=[JointSet(name="J2", dip=0, density=1, length=2, abuts=["J9"])]))
-    with pytest.raises(GeometryError, match="abuts goes with a length"):
+    with pytest.raises(GeometryError, match="abuts belongs to a length"):
         JointSet(name="J2", dip=0, spacing=1, abuts=["J1"])
     for wrong in ("J1", ["J2"], [1], None):
         with pytest.raises(GeometryError, match="must be names of other sets"):
@@ -54,10 +54,10 @@ def test_a_set_that_abuts_crosses_no_joint_of_the_other() -> None:
 
 
 def test_a_set_ends_at_what_is_left_of_one_that_ends_at_a_third() -> None:
-    """J3 would meet the stretch of J2 that was cut off at J1; in whatever order they are given, it goes on past it."""
+    """J3 would meet the stretch of J2 that was cut off at J1; in any order, it continues past it."""
     drawn = {
         "J1": np.array([[(0.0, 0.0), (0.0, 10.0)]]),
-        "J2": np.array([[(-1.0, 5.0), (9.0, 5.0)]]),  # what is left: from J1 on
+        "J2": np.array([[(-1.0, 5.0), (9.0, 5.0)]]),  # the rest: from J1 on
         "J3": np.array([[(-0.5, 0.0), (-0.5, 12.0)], [(4.0, 0.0), (4.0, 12.0)]]),
     }
     sets = [

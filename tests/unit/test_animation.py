@@ -40,7 +40,7 @@ scheme = "continuation"
 [output]
 snapshots = "steps"
 """
-RED = (213, 94, 0)  # of blocks that come down
+RED = (213, 94, 0)  # of unstable blocks
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def moved(case: Case) -> Case:
 
 
 def places(frame: np.ndarray) -> np.ndarray:
-    """Return where the pixels of blocks that come down are, (k, 2): row and column."""
+    """Return where the pixels of unstable blocks are, (k, 2): row and column."""
     return np.argwhere(np.abs(frame.astype(int) - RED).max(axis=2) < 40)
 
 
@@ -88,7 +88,7 @@ def test_the_position_at_a_step(moved: Case) -> None:
     assert early.code == late.code == 0
     assert early.out.split() == [str(Path("out/model/pictures/position_00005.png"))]
     one, two = (np.asarray(Image.open(moved.folder / run.out.strip()).convert("RGB")) for run in (early, late))
-    assert not len(places(one))  # it was not yet known which blocks come down
+    assert not len(places(one))  # it was not yet known which blocks fall
     assert len(places(two)) > 1000
 
 

@@ -1,6 +1,6 @@
 """What a clumsy or hostile user writes into a model file: one message, exit code 2, nothing written, no traceback.
 
-Every message must name the thing, the place and the cure; the words that must be in it stand beside each case.
+Every message must name the thing, the place and the cure; the words that must be in it are compared with each case.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ NAMES = [
 SUPPORTS = [
     (SUPPORT, "", ["the model is free to move in any direction", "no support holds it", "hold a boundary"]),
     (SUPPORT, "[[support]]\n", ["[[support]] number 1: say where it holds"]),
-    (SUPPORT, '[[support]]\nboundary = "bottom"\n', ["[[support]] number 1: say what it holds"]),
+    (SUPPORT, '[[support]]\nboundary = "bottom"\n', ["[[support]] number 1: say its content"]),
     ('fix = "all"', 'fix = "z"', ['[[support]] number 1, fix = "z"', '["x", "y"]']),
     (SUPPORT, SUPPORT.replace('"all"', '"normal"') + LINEAR, ["free to slide in the direction 0 deg", "add a support"]),
     (SUPPORT, '[[support]]\npoint = [0, 0]\nfix = "all"\n' + LINEAR, ["free to turn about (0, 0)", "add a support"]),

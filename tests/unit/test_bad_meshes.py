@@ -21,7 +21,7 @@ def only(*quads: tuple[int, ...]) -> str:
 @pytest.mark.parametrize(
     ("mesh", "words"),
     [
-        (moved(4, "nan", 1), ["coordinates of 1 node are no numbers", "4", "mend the mesh"]),
+        (moved(4, "nan", 1), ["coordinates of 1 node are no numbers", "4", "correct the mesh"]),
         (moved(4, "inf", 1), ["are no numbers below 1e+12"]),
         (moved(4, 1e200, 1), ["are no numbers below 1e+12"]),
         (moved(4, "abc", 1), ["meshio cannot read it", "damaged"]),

@@ -49,7 +49,7 @@ def test_output_folders_that_cannot_be(case: Case, command: str, monkeypatch: py
 
 
 def test_a_run_writes_only_into_a_folder_of_its_own(case: Case) -> None:
-    """The user's own model.toml and bolts.csv bear the names of results; so may anything else."""
+    """The user's own model.toml and bolts.csv carry the names of results; so may anything else."""
     case.write("bolts.csv", "start_x,start_y,end_x,end_y,diameter\n0.5,0.2,0.5,1.8,0.02\n")
     case.change(LOAD, f'{LOAD}[[bolt]]\ntable = "bolts.csv"\n[output]\nfolder = "."\n')
     case.write("other.toml", (case.folder / "model.toml").read_bytes())
@@ -174,8 +174,8 @@ def test_no_continuum_of_rigid_rock_without_joints(case: Case) -> None:
             '{"schema_version": 5, "versions": {"bsm-mesh": "2.0"}}',
             ["was written by bsm-mesh 2.0 with schema version 5"],
         ),
-        ('{"schema_version": 2}', ["schema version 2; ", "reads 3 and 4: run the model.toml beside it again"]),
-        ('{"schema_version": "4"}', ["run the model.toml beside it again"]),
+        ('{"schema_version": 2}', ["schema version 2; ", "reads 3 and 4: run its model.toml again"]),
+        ('{"schema_version": "4"}', ["run its model.toml again"]),
         ('{"schema_ver', ["summary.json is damaged"]),
         (JUNK, ["summary.json is damaged"]),
     ],

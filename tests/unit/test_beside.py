@@ -1,4 +1,4 @@
-"""Values beside histories: tables read with their units, kept with the results, drawn where they belong."""
+"""Values compared with histories: tables read with their units, kept with the results, drawn where they belong."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_curves_of_many_sources_are_told_apart() -> None:
 
 
 def test_stages_of_another_run() -> None:
-    """By name; the last beside the last, unless the other run goes on."""
+    """By name; the last beside the last, unless the other run continues."""
     histories = [bsm.History(name="top", block=1)]
     stages = [bsm.Stage(name="dig", excavate=[2]), bsm.Stage(name="more", excavate=[])]
     longer = bsm.run(model_of(grid(1, 3), stages=stages, histories=histories))

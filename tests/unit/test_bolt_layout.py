@@ -108,7 +108,7 @@ KEYS = [
     ({"bond_strength": 1e5, "hole_diameter": 0.05}, "give one or the other"),
     ({"hole_diameter": 0.05}, "need bond_grout_rock and bond_steel_grout"),
     ({"hole_diameter": 0.01, "bond_steel_grout": 1e6, "bond_grout_rock": 1e6}, "less than the diameter"),
-    ({"yield_strength": 1e8, "pretension": 1e5}, "is more than the bolt bears, 31415.9 N"),
+    ({"yield_strength": 1e8, "pretension": 1e5}, "is more than the bolt carries, 31415.9 N"),
     ({"spacing": 0}, "spacing = 0 m must be 0.01 to 100 m"),
     ({"end": (0, 0)}, "the same point"),
     ({"end": (0, float("nan"))}, "not a finite number"),

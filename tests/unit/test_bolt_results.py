@@ -1,4 +1,4 @@
-"""What is told of bolts: support pressure, tables, VTU, pictures; and bolts in the scheme of the thesis."""
+"""What is reported of bolts: support pressure, tables, VTU, pictures; and bolts in the scheme of the thesis."""
 
 from __future__ import annotations
 

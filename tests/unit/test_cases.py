@@ -1,4 +1,4 @@
-"""Cases by name and by script: what they take, and what is said when they fail."""
+"""Cases by name and by script: what they take, and the text when they fail."""
 
 import math
 import textwrap

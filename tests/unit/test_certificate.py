@@ -1,4 +1,4 @@
-"""Certificates: a check that stands alone bears every verdict out, and refuses what was changed."""
+"""Certificates: a check without a partner carries every verdict out, and refuses what was changed."""
 
 import ast
 import contextlib
@@ -309,7 +309,7 @@ def test_read_back_results_have_the_same_certificate(tmp_path):
 
 
 def test_what_bears_pressure_may_be_open_by_its_dilation_alone(tmp_path):
-    """Walls that slip has parted bear pressure; without the angle, or without the slip, they could not."""
+    """Walls that slip has parted carry pressure; without the angle, or without the slip, they could not."""
     results = bsm.run(dilating())
     contacts = results.stages[0].contacts
     slipped = np.tan(np.radians(5)) * 2e-3
@@ -320,4 +320,4 @@ def test_what_bears_pressure_may_be_open_by_its_dilation_alone(tmp_path):
     for name in ("dilation", "slip_path"):
         code, lines = checked(changed(folder, tmp_path / name, {name: np.zeros_like}))
         assert code != 0
-        assert any("bears pressure and is open" in line for line in lines)
+        assert any("carries pressure and is open" in line for line in lines)

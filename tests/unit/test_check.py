@@ -117,7 +117,7 @@ def test_blocks_that_are_gone_do_not_count():
     assert_allclose(block_residuals(gone, gone.stages[0])[5], 0)
     assert gone.check().block_residual <= LINEAR_TOLERANCE
     assert gone.stages[0].total_load[1] == pytest.approx(-11 * 26e3)
-    # its weight is missing from the balance, over what is left of loads and reactions
+    # its weight is missing from the balance, over the rest of loads and reactions
     right = np.hypot(26e3, 1e5)
     assert gone.check().balance == pytest.approx(26e3 / (8 * 26e3 + 3 * right + magnitude(good)), rel=1e-9)
 

@@ -59,7 +59,7 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
 
 
 def test_a_neighbour_of_that_name_is_the_users(tmp_path: Path) -> None:
-    """A script's own `geometries.py` is what it imports, and the package goes on with its own."""
+    """A script's own `geometries.py` is what it imports, and the package continues with its own."""
     (tmp_path / "geometries.py").write_text("mine = True\n", encoding="utf-8")
     (tmp_path / "converters.py").write_text("mine = True\n", encoding="utf-8")
     code = (

@@ -94,7 +94,7 @@ def test_the_model_as_run_gives_the_same_again(case: Case) -> None:
     one, two = Results.load("out/model"), Results.load("again")
     assert one.model_digest == two.model_digest
     np.testing.assert_array_equal(one.stages[0].displacement, two.stages[0].displacement)
-    in_place = case.run("run", "out/model/model.toml", "-q")  # into the folder in which it stands
+    in_place = case.run("run", "out/model/model.toml", "-q")  # into the folder in which it is stable
     assert in_place.code == 0
     assert "out/model/model.toml" not in in_place.new
 
@@ -371,7 +371,7 @@ def test_demo(case: Case) -> None:
         assert {
             f"out/{name}/pictures/{each}.png" for each in ("model", "final_position", "joints_state", "thrust")
         } <= made
-    for word in ("verdict", "unbolted.toml, stage heading: unstable", "model.toml, stage bench: stable", "comes down"):
+    for word in ("verdict", "unbolted.toml, stage heading: unstable", "model.toml, stage bench: stable", "falls"):
         assert word in outcome.out
     falls, stands = (Results.load(case.folder / f"bsm-mesh-demo/out/{name}") for name in ("unbolted", "model"))
     assert (falls.status, stands.status) == ("unstable", "stable")

@@ -1,4 +1,4 @@
-"""Which stages may be set beside a continuum, why not, and what is said of them."""
+"""Which stages may be compared with a continuum, why not, and the description of them."""
 
 import dataclasses
 from pathlib import Path
@@ -55,12 +55,12 @@ def test_every_stage_has_its_class():
     assert initial.kind is Comparability.WITH_INTERFACES
     assert rapid.kind is Comparability.NOT_COMPARABLE
     assert rapid.comparison is None
-    assert rapid.sentence == "Not comparable: blocks come down: there is no state of rest to compare."
+    assert rapid.sentence == "Not comparable: blocks fall: there is no state of rest to compare."
 
 
 def test_what_is_not_comparable_has_no_percentage_of_difference():
     for name, reason in (
-        ("arch/thin.toml", "blocks come down"),
+        ("arch/thin.toml", "blocks fall"),
         ("03_stratified_slope/dip_25_5.toml", "small displacements hold up to 1 %"),
     ):
         (stage,) = example(name)
@@ -80,7 +80,7 @@ def test_gaps_that_close():
 
 @pytest.mark.parametrize(("name", "met"), [("04_bolted_opening/model.toml", True), ("rough_joint/model.toml", False)])
 def test_corners_that_met_at_a_node_are_told(name, met):
-    """Blocks without a common side press on each other once they have moved: elements have no interface there."""
+    """Blocks without a common side press on each other once they moved: elements have no interface there."""
     loaded = load_model_file(EXAMPLES / name, lambda _: None)
     results = bsm.run(loaded.model, loaded.options)
     contacts = results.stages[-1].contacts
@@ -92,7 +92,7 @@ def test_corners_that_met_at_a_node_are_told(name, met):
     assert (met_force.max() > 0) == met
     (stage,) = compare_stages(loaded.model, results, refine=False)
     most = float(f"{met_force.max() / 1e3:.3g}")
-    told = f"{np.count_nonzero(met_force)} corners that met others bear up to {most:g} kN/m"
+    told = f"{np.count_nonzero(met_force)} corners that met others carry up to {most:g} kN/m"
     assert (told in stage.sentence) == met
 
 
@@ -152,7 +152,7 @@ def test_compare_gives_the_last_stage_or_its_reason():
     labels = [row.label for row in last.table()]
     assert any("joint forces, worst blocks" in label for label in labels)
     loaded = load_model_file(EXAMPLES / "arch/thin.toml", lambda _: None)
-    with pytest.raises(bsm.ModelError, match="stage 'initial' is not comparable with a continuum: blocks come down"):
+    with pytest.raises(bsm.ModelError, match="stage 'initial' is not comparable with a continuum: blocks fall"):
         compare(loaded.model, bsm.run(loaded.model, loaded.options))
 
 

@@ -248,7 +248,7 @@ def test_the_word_compiling_comes_with_the_first_kernel(capsys: pytest.CaptureFi
     with Progress() as progress:
         progress.report("contacts")
         kernel_files.compiling()
-    kernel_files.compiling()  # nobody is told any more
+    kernel_files.compiling()  # nobody is reported any more
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 2
     assert "contacts; compiling" in said[1]

@@ -98,7 +98,7 @@ def test_wedges_have_their_volume_and_areas_and_an_upper_bound(name):
 
 
 def test_a_symmetric_wedge_by_hand():
-    """Planes of dip 54.7356 to 135 and 225: their line dips 45 degrees, each bears W / sqrt(2) / sqrt(2)."""
+    """Planes of dip 54.7356 to 135 and 225: their line dips 45 degrees, each carries W / sqrt(2) / sqrt(2)."""
     first, second, face, top, height, friction, cohesion, unit_weight = WEDGES["symmetric"]
     _, _, volume, areas = wedge_rock(first, second, face, top, height)
     factor = wedge_factor(first, second, volume, areas, unit_weight, friction, cohesion)

@@ -65,7 +65,7 @@ def test_shear_beyond_strength(monkeypatch):
     tampered(monkeypatch, "continuation", used)
     stage = bsm.run(wall()).stages[-1]
     assert stage.status == "not_converged"
-    assert "bears 1.01 times its shear strength" in stage.reason
+    assert "carries 1.01 times its shear strength" in stage.reason
 
 
 def test_blocks_inside_each_other(monkeypatch):

@@ -1,4 +1,4 @@
-"""Contact rules: the wrong answer that each one mends.
+"""Contact rules: the wrong answer that each one corrects.
 
 Every test of a rule is made twice, with the rule and with the rule switched off by its tolerance: without the rule
 the wrong answer comes out.
@@ -35,7 +35,7 @@ def test_parallel_edges_without_overlap_do_not_support():
     """Seen: a slope that was stable at phi = 5, held by blocks that only met end to end."""
     start = Scene.of(grid(2, 2))
 
-    def diagonal(rules, shift=-1.0):  # the upper row has moved on by a whole block: other corners meet
+    def diagonal(rules, shift=-1.0):  # the upper row moved on by a whole block: other corners meet
         moved = start.moved(2, (shift, 0.0)).moved(3, (shift, 0.0))
         found = moved.detect(rules=rules)
         pairs = {(int(p) >> 32, int(p) & 0xFFFFFFFF) for p in found.pair[moved.within_tolerance(found)]}
@@ -242,7 +242,7 @@ def test_a_thin_block_between_two_others_keeps_them_apart():
 
 
 def test_corners_that_just_touch_do_support_each_other():
-    """A block that is hollow below stands on its two corners, which lie on the corners of the block below."""
+    """A block that is hollow below is on its two corners, which lie on the corners of the block below."""
     hollow = np.array([(0, 1), (1, 1.05), (2, 1), (2, 2), (0, 2)])
     scene = Scene.of([rectangle(0, 0, 2, 1), hollow])
     assert len(scene.within_tolerance(scene.detect())) == 2

@@ -1,4 +1,4 @@
-"""converters.continuum: elasticity matched to the blocks, and blocks beside the continuum."""
+"""converters.continuum: elasticity matched to the blocks, and blocks compared with the continuum."""
 
 from dataclasses import replace
 
@@ -58,7 +58,7 @@ class TestCompare:
         assert comparison.displacement_errors[0].l2 < comparison.displacement_errors[1].l2
 
     def test_blocks_that_a_run_took_away_are_not_in_the_continuum(self):
-        """A chip in the air comes down and does not count; without it the elements stand as the blocks do."""
+        """A chip in the air falls and does not count; without it the elements stand as the blocks do."""
         chip = rectangle(-1.0, 3.0, -0.9, 3.1)
         model = bsm.Model(
             blocks=framed(bsm.Blocks.from_polygons([*grid(3, 4), chip], rock="rock"), 3, 4),

@@ -101,7 +101,7 @@ def test_equilibrium_at_every_free_node(order):
 
 
 def test_a_wall_just_before_it_slides():
-    """Tilted by 27 degrees it stands, by 28 its blocks come down: half of the points are open or slip."""
+    """Tilted by 27 degrees it is stable, by 28 its blocks fall: half of the points are open or slip."""
     path = Path(__file__).parents[2] / "examples/tilted_wall/tilt_27.toml"
     stage = solve_continuum(load_model_file(path, lambda _: None).model, order=1, joints=True)
     assert stage.converged
@@ -159,7 +159,7 @@ def test_blocks_put_back_gravity_and_strength_of_stages():
 
 
 def test_rock_put_back_without_joints_has_no_stress_but_its_own():
-    """A column of rock: half of it taken off and put back bears its weight, and nothing of what was before."""
+    """A column of rock: half of it taken off and put back carries its weight, and nothing of what was before."""
     blocks = framed(bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], rock="rock"), 1.0, 2.0)
     model = bsm.Model(
         blocks=blocks,
@@ -190,7 +190,7 @@ def test_equations_of_one_pattern_are_solved_in_one_order():
 def test_a_start_at_the_blocks_finds_the_equilibrium_near_them():
     """A block glued between two others is pushed off the lower one.
 
-    Glue that held holds, F = 2 K u; glue that broke bears nothing, F = K u. Both are equilibria.
+    Glue that held holds, F = 2 K u; glue that broke carries nothing, F = K u. Both are equilibria.
     """
     stiffness, push = 1e9, 1e5
     joint = bsm.Joint("J", stiffness, stiffness, law=bsm.MohrCoulomb(friction=30.0, cohesion=1e6), tensile_strength=8e4)

@@ -141,7 +141,7 @@ def test_a_face_that_slides_on_may_penetrate_at_first_at_the_end_only():
 
 @pytest.mark.parametrize("degrees", [2.0, 6.0, 10.0])
 def test_an_open_corner_may_turn_onto_an_edge(degrees):
-    """A slab that stands on one corner comes down on the next within a step."""
+    """A slab that is on one corner falls on the next within a step."""
     slab = turned(rectangle(0, 0, 0.4, 0.2), degrees)
     scene = Scene.of([rectangle(-3, -1, 3, 0), slab, square(5, 0)])
     found = scene.detect(band=0.15)
@@ -152,7 +152,7 @@ def test_an_open_corner_may_turn_onto_an_edge(degrees):
 
 @pytest.mark.parametrize(("sine", "corners"), [(0.1, 1), (RULES.entrance + 1e-3, 1), (RULES.entrance - 1e-3, 2)])
 def test_a_corner_with_an_edge_into_the_other_block_closes_once_it_has_turned(sine, corners):
-    """A slab aslant, pressed in deeper than its second corner is high, stands on the first until its edge is level."""
+    """A slab aslant, pressed in deeper than its second corner is high, is on the first until its edge is level."""
     slab = turned(rectangle(0, 0, 0.4, 0.2), 6.0)
     moving = BlockSystem(model_of([rectangle(-3, -1, 3, 0), slab, square(5, 0)]))
     given = moving.model, moving.outlines, moving.catalogue, History.none(), moving.start

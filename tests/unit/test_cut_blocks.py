@@ -249,7 +249,7 @@ def test_gmsh_cuts_few_joints_and_the_cutter_very_many(monkeypatch: pytest.Monke
 
 
 def test_without_gmsh_the_cutter_cuts_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Blocks can be counted, drawn and mended on a machine that cannot write a mesh; Gmsh asked for is an error."""
+    """Blocks can be counted, drawn and corrected on a machine that cannot write a mesh; Gmsh asked for is an error."""
     monkeypatch.setitem(sys.modules, "gmsh", None)
     cut = cut_blocks(rock([(-1, 4), (11, 4)]))
     assert cut.report()[0].startswith("2 blocks, cut by our own cutter: Gmsh is not installed (")
@@ -262,6 +262,6 @@ def test_a_sliver_is_joined_to_the_block_beside_it_and_told(engine: Engine) -> N
     """Two joints 2e-5 m apart, tolerance 1.4e-5 m: one block between them the less, and its side on another joint."""
     cut = cut_blocks(rock([(-1, 4), (11, 4)], [(-1, 4 + 2e-5), (11, 4 + 2e-5)], [(-1, 7), (11, 7)]), engine)
     assert sorted(areas(cut)) == pytest.approx([30, 30, 40], abs=1e-3)
-    assert cut.report()[-1] == "1 sliver thinner than two tolerances joined to the block beside"
+    assert cut.report()[-1] == "1 sliver thinner than two tolerances joined to the adjacent block"
     assert sum(a.coincident for a in cut.accounts) == pytest.approx(10)
     assert sum(a.snapped for a in cut.accounts) == pytest.approx(0, abs=1e-4)

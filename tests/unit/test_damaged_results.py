@@ -70,7 +70,7 @@ def test_every_file_damaged(folder: Path) -> None:
     """Also in files that are not read back, such as the table of bolts: a reader trusts the folder."""
     chance = random.Random(34)
     for name in names(folder):
-        if name == MARKER:  # tells whose the folder is, not what came out
+        if name == MARKER:  # tells whose the folder is, not the result
             continue
         path, content = folder / name, (folder / name).read_bytes()
         for damaged in damages(content, chance):

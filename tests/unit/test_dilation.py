@@ -53,7 +53,7 @@ def test_slip_between_walls_that_are_held_presses_them(steps, moved, way):
 
 
 def test_sliding_back_opens_on():
-    """Opening counts the way, to and fro, and wears off on it."""
+    """Opening counts the way, back and forth, and wears off on it."""
     path = [(0.0, 0.0), (0.0, -1e-4), (2e-3, -1e-4), (0.0, -1e-4), (2e-3, -1e-4)]
     _, history = led(JOINT, path)
     there = (2e-3 - MU * KN * 1e-4 / KS) / (1 + MU * T * KN / KS)
@@ -165,7 +165,7 @@ def test_what_cannot_be_is_refused(keys, text):
 
 
 def slid():
-    """Return a step of three blocks, a position at which contacts slide and dilate, and what they bear there."""
+    """Return a step of three blocks, a position at which contacts slide and dilate, and what they carry there."""
     model = model_of([rectangle(-2, -1, 2, 0), rectangle(-1, 0, 0, 1), rectangle(0.2, 0, 1.2, 1)], kn=KN)
     step = begun(model.replace(joints=[replace(JOINT, name=model.joints[0].name)]))
     position = step.start + np.array([(0, 0, 0), (3e-3, -2e-4, 0), (2e-3, -3e-4, 0)])
@@ -176,7 +176,7 @@ def slid():
 
 
 def assert_the_same(found, at, *, slips):
-    """Assert that contacts bear what they bore, as they slip in this step or have slipped before."""
+    """Assert that contacts carry what they carried, as they slip in this step or have slipped before."""
     assert_allclose(found.pressure, at.pressure, rtol=1e-9)
     assert_allclose(found.shear, at.shear, rtol=1e-9)
     assert (found.slip > 1e-9 * at.slip.max()).any() == slips

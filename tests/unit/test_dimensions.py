@@ -24,7 +24,7 @@ SHARED = [  # folders and files, without those of `OF_THE_PLANE`
 ]
 OF_THE_PLANE = {f"solve/continuation/{name}.py" for name in ("plane", "evidence", "wang", "shaken")}
 OF_BOLTS = {"bolt_sums"}  # functions: bolts are the plane's
-NUMBERS = (2, 3, 6)  # dimensions, and numbers that say how a block has moved
+NUMBERS = (2, 3, 6)  # dimensions, and numbers that say how a block moved
 NAMES = {"hypot", "arctan2", "area", "polar", "outlines", "edge_vectors", "atan2"}
 COORDINATES = {"x", "y", "z", "u", "v", "w", "theta"}
 MAKERS = {"zeros", "ones", "empty", "full", "reshape", "eye", "tile"}

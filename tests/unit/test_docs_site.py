@@ -79,6 +79,6 @@ def test_whatever_is_public_has_an_example_that_runs() -> None:
 
 
 def text_of(thing: object) -> str:
-    """Return the docstring of a thing, of a module those of what it holds."""
+    """Return the docstring of a thing, of a module those of its content."""
     held = vars(thing).values() if inspect.ismodule(thing) else (thing,)
     return " ".join(str(part.__doc__) for part in held)

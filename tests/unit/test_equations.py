@@ -1,4 +1,4 @@
-"""How far the blocks of a step may go: two step lengths, and farther together, from where the step starts."""
+"""How far the blocks of a step may go: two step lengths, and further together, from where the step starts."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ ONE_STEP, TOGETHER = 2.0, 3.0  # step lengths: in any step; of neighbours, where
 
 
 def moved(step: StepEquations, position: np.ndarray, by: float) -> np.ndarray:
-    """Return a position from which the block, which lies on a base, has gone on by so many step lengths."""
+    """Return a position from which the block, which lies on a base, has continued by so many step lengths."""
     there = position.copy()
     there[1, 0] += by * step.system.d
     return there

@@ -1,4 +1,4 @@
-"""Models for other programs: Abaqus read back, UDEC parsed, scripts as they stand; run where the programs are there."""
+"""Models for other programs: Abaqus read back, UDEC parsed, scripts as they are; run where the programs are there."""
 
 from __future__ import annotations
 
@@ -108,7 +108,8 @@ def test_udec_is_told_of_a_short_joint_after_the_long_one_around_it(tmp_path: Pa
         assert [line.split()[1] for line in told] == ["jmat=2", "jmat=3"]
         assert told[1] == "change jmat=3 range 1.999,2.001 5.999,7.001"
         assert sum("where different joints meet" in text for text in remarks) == 1
-        # The oblique face's box holds the short one: the contacts of each are told apart by angle, in any half circle.
+        # The oblique face's box holds the short one: the contacts of each are distinguished by angle, in any half
+        # circle.
         angles = [line.split(" angle ")[1] for line in text if line.startswith("change") and " angle " in line]
         assert angles == ["-135.5,-134.5", "44.5,45.5", "224.5,225.5"]
 
@@ -194,7 +195,7 @@ def test_a_law_without_friction_is_refused_but_by_elastic_joints(tmp_path: Path)
     law = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=28)
     model = model_of([rectangle(-1, -1, 2, 0), SQUARE], law=law)
     for program in ("udec", "lmgc90", "compas_dem"):
-        with pytest.raises(ModelError, match="the law BartonBandis has no friction and cohesion to be told"):
+        with pytest.raises(ModelError, match="the law BartonBandis has no friction and cohesion to export"):
             export(model, program, tmp_path / "a.py")
     assert any(
         "strength; its cohesive elements are elastic" in text for text in export(model, "abaqus", tmp_path / "a")

@@ -1,4 +1,4 @@
-"""Blocks that come down while the others stay: too small to count, or taken away as a roof is scaled."""
+"""Blocks that fall while the others stay: too small to count, or taken away as a roof is scaled."""
 
 import dataclasses
 
@@ -121,7 +121,7 @@ def test_a_chip_that_slides_to_a_stop_is_in_a_note_and_in_no_headline(tmp_path):
     [
         ({"ignore_below": -0.1}, "ignore_below"),
         ({"ignore_below": 0.5}, "ignore_below"),
-        ({"on_fall": "go on"}, "on_fall"),
+        ({"on_fall": "continue"}, "on_fall"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(given, fault):

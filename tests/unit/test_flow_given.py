@@ -112,7 +112,7 @@ def test_levels_that_let_no_water_in_are_noted() -> None:
 
 NO_FLOW = {
     "a drain in rock": ({"drains": (bsm.Drain(start=(0.5, 0.5), end=(1, 0.5)),)}, "meets no joint: it drains nothing"),
-    "a well far off": ({"wells": (bsm.Well(point=(50, 0), discharge=1e-6),)}, "wells stand in joints: move it"),
+    "a well far off": ({"wells": (bsm.Well(point=(50, 0), discharge=1e-6),)}, "wells are in joints: move it"),
     "grout off the model": ({"grout": (bsm.Grout(polygon=((50, 0), (51, 0), (50, 1))),)}, "has no joint in it"),
     "grout on a line": ({"grout": (bsm.Grout(polygon=((2.7, 0.5), (2.7, 1.5), (2.7, 2.5))),)}, "has no joint in it"),
     "grout that ends at a joint": (

@@ -110,7 +110,7 @@ def test_pressures_on_faces_are_those_of_the_flow(results):
 
 
 def test_what_enters_and_leaves_is_told_in_one_unit(results):
-    """So that they can be summed up by eye; nothing is told of places where nothing moves."""
+    """So that they can be summed up by eye; nothing is reported of places where nothing moves."""
     stage = results.stages[2]
     rows = flow_rows(stage)
     assert [row[0] for row in rows] == ["left", "right", "drain 1", "all"]

@@ -44,7 +44,7 @@ def wall() -> bsm.Model:
 
 
 def hanging() -> bsm.Model:
-    """Return a block that hangs below another, and falls: the joint bears less than half of its weight."""
+    """Return a block that hangs below another, and falls: the joint carries less than half of its weight."""
     joint = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=1e5), tensile_strength=1e4)
     return model_of([rectangle(0, 1, 1, 2), rectangle(0, 0, 1, 1)]).replace(joints=[joint])
 
@@ -134,7 +134,7 @@ def false_mechanism(a: dict[str, Any], stage: dict[str, Any]) -> None:
 
 
 def falls(a: dict[str, Any], stage: dict[str, Any]) -> None:
-    """Say that the last block comes down, with no force on it."""
+    """Say that the last block falls, with no force on it."""
     last = len(a["present"]) - 1
     for name in ("contact_normal_force", "contact_shear_force"):
         a[name] = a[name] * 0
@@ -195,7 +195,7 @@ def other_friction(a: dict[str, Any], stage: dict[str, Any]) -> None:
 
 
 def slippery(a: dict[str, Any], stage: dict[str, Any]) -> None:
-    """Make joints of a sliding block slippery in its proof, where nothing bears more than is so."""
+    """Make joints of a sliding block slippery in its proof, where nothing carries more than is so."""
     laws = [{**law, "friction": 20.0} if "friction" in law else law for law in stage["proof"]["laws"]]
     stage["proof"]["laws"] = stage["laws"] = laws
     a["proof_lines"][:, :, 0] = np.where(np.isfinite(a["proof_lines"][:, :, 1]), np.tan(np.radians(20.0)), 0.0)
@@ -211,7 +211,7 @@ def invented_support(a: dict[str, Any], stage: dict[str, Any]) -> None:
 
 
 def pushed_by_no_support(a: dict[str, Any], stage: dict[str, Any]) -> None:
-    """Let a support bear the block, and no contact."""
+    """Let a support carry the block, and no contact."""
     for name in ("contact_normal_force", "contact_shear_force", "contact_utilisation"):
         a[name] = a[name] * 0
     a["reactions"] = -np.column_stack([a["weight"], np.zeros(2)])
@@ -224,7 +224,7 @@ def pushed_by_no_support(a: dict[str, Any], stage: dict[str, Any]) -> None:
 
 
 def dropped_support(a: dict[str, Any], stage: dict[str, Any]) -> None:
-    """Take the supports from the base, which then falls with its block, as if nothing bore it."""
+    """Take the supports from the base, which then falls with its block, as if nothing carried it."""
     for name in ("bar_block", "bar_point", "bar_direction", "bar_turns"):
         a[name] = a[name][:0]
         a["proof_" + name] = a["proof_" + name][:0]
@@ -363,7 +363,7 @@ FORGED: dict[str, tuple[str, Change, str]] = {
     "normals turned, forces as before": ("rests", turned_normal, "has another normal than the edge"),
     "contacts moved along their forces": ("rests", moved_along_force, "does not lie where its blocks touch"),
     "contacts between other blocks": ("arch", other_blocks, "does not lie where its blocks touch"),
-    "contacts for more than a face": ("rests", long_contact, "stands for more than any edge"),
+    "contacts for more than a face": ("rests", long_contact, "represents more than any edge"),
     "other friction, with its utilisation": ("rests", other_friction, "no joint or rock of model.toml"),
     "a support invented": ("rests", invented_support, "is held by no support of model.toml"),
     "a support pushes what none holds": ("rests", pushed_by_no_support, "which none holds"),

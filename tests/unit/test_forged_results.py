@@ -111,7 +111,7 @@ NO_ARRAYS: list[Change] = [
 def test_arrays_that_are_none(folder: Path, number: int) -> None:
     forge(folder, ARRAYS, NO_ARRAYS[number])
     refused(folder, "is damaged")
-    assert verify_certificate.main(folder) == 1  # the check that stands alone
+    assert verify_certificate.main(folder) == 1  # the check without a partner
 
 
 def test_arrays_that_swell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

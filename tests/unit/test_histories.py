@@ -1,4 +1,4 @@
-"""Histories: what is recorded, that it is the movement of the blocks, what is refused, and that it survives files."""
+"""Histories: the record, that it is the movement of the blocks, what is refused, and that it survives files."""
 
 from __future__ import annotations
 
@@ -241,7 +241,7 @@ def test_the_names_of_all_stages_are_whole_in_the_picture() -> None:
 
 
 def test_extensometers_over_their_length(recorded: Results) -> None:
-    """At the end of a stage each anchor's extension stands at its distance; the first point has none."""
+    """At the end of a stage each anchor's extension is at its distance; the first point has none."""
     (line,) = [series for series in recorded.histories.values() if series.recorded.kind == "line"]
     np.testing.assert_allclose(line.recorded.distances, np.hypot([1.0, 2.3], [0.8, 0.7]))
     (axes,) = recorded.plot("extensometers").axes

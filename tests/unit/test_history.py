@@ -102,7 +102,7 @@ def test_rock_beyond_the_end_of_a_joint_holds_nothing_that_slides_off_it(
 
 
 def test_contacts_of_a_face_that_slides_off_never_stand_for_more():
-    """Seen: at the last .005 of a block they grew twenty times, to a lone corner's length; steps went to and fro."""
+    """Seen: at the last .005 of a block they grew twenty times, to a lone corner's length; steps alternated."""
     moving = BlockSystem(model_of([rectangle(-3, -1, 0, 0), square(-0.02, 0)]))
     contacts, before = moving.gather(History.none(), moving.start, first=True), 0.01
     for overlap in (0.02, 0.012, 0.006, 0.0045, 0.002, 0.006, 0.0045):

@@ -1,4 +1,4 @@
-"""The in-situ field as it is given: what is refused, and what is said of a field that the joints cannot carry."""
+"""The in-situ field as it is given: what is refused, and the description of a field that the joints cannot carry."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_the_start_says_how_far_it_was_from_equilibrium():
 
 
 def test_a_joint_whose_closure_has_a_limit_fits_no_more_once_it_opened():
-    """A block is pushed off the lower joint and back beyond where it was: the lower bears K times its overlap then."""
+    """A block is pushed off the lower joint and back beyond where it was: the lower one carries K times its overlap."""
     p0, stiffness, limit = 1e5, 1e9, 5e-4
     joint = bsm.Joint("J", stiffness, stiffness, law=bsm.MohrCoulomb(friction=35.0), max_closure=limit)
     loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -5 * p0)]
@@ -141,7 +141,7 @@ def test_a_joint_whose_closure_has_a_limit_fits_no_more_once_it_opened():
 def test_a_joint_that_opened_closes_again_where_it_opened(cycles, stiffness):
     """A block pressed between two others is pushed off one of them and let go: it ends where it was.
 
-    Pushed by F = 3 p0 only the upper joint bears, F = p0 + K u.
+    Pushed by F = 3 p0 only the upper joint carries, F = p0 + K u.
     """
     p0 = 1e5
     push, back = (bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, sign * 3 * p0)) for sign in (1, -1))
@@ -160,7 +160,7 @@ def test_a_joint_that_opened_closes_again_where_it_opened(cycles, stiffness):
 
 
 def test_walls_that_moved_away_are_those_of_the_given_geometry():
-    """After an opening of half a per cent of a block the joint bears from the given gap on, p0 + K u = -K u."""
+    """After an opening of half a per cent of a block the joint carries from the given gap on, p0 + K u = -K u."""
     p0, stiffness = 1e5, 2e7
     loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -3 * p0)]
     stages = [bsm.Stage(name=f"{k}", loads=[load]) for k, load in enumerate(loads)]
@@ -186,7 +186,7 @@ def test_what_is_open_never_presses_at_once(up, offset):
 
 
 def column_weight(blocks, weights, point, surface):
-    """Return the weight above a point by clipping a vertical line with every block; above them the topmost goes on."""
+    """Return the weight above a point by clipping a vertical line with every block; above them the topmost one."""
     import shapely
 
     ray = shapely.LineString([point, (point[0], surface)])

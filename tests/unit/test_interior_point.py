@@ -67,7 +67,7 @@ def test_multipliers_do_not_vanish_for_want_of_a_bound():
 
 
 def test_stones_on_their_corners_have_an_answer():
-    """Each stone bears on one point, so no strength balances it: the program has no solution, and is not given up."""
+    """Each stone rests on one point, so no strength balances it: the program has no solution, and is not given up."""
     stones = [
         [(-6.8, -1), (6.8, -1), (6.8, 0), (-6.8, 0)],
         [(-0.286, 0.836), (-0.187, 0.246), (0.115, 0), (0.844, 0.16), (0.92, 0.783), (0.62, 1.132), (-0.075, 1.123)],

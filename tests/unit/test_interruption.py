@@ -117,7 +117,7 @@ def test_finished_stages_stay_and_are_told(case: Case, number: signal.Signals) -
     out, err = process.communicate(timeout=PATIENCE)
     which = "" if number == signal.SIGINT else f" ({number.name})"
     told = f"interrupted{which}: finished and in out/model.interrupted: 2 stages (initial, one)"
-    told += "; go on with: bsm-mesh run model.toml --resume"
+    told += "; continue with: bsm-mesh run model.toml --resume"
     assert (process.returncode, out, err.strip()) == (130, "", told)
     left = Results.load("out/model.interrupted")
     assert (left.status, [stage.name for stage in left.stages]) == ("unfinished", ["initial", "one"])
@@ -191,7 +191,7 @@ def test_what_the_process_was_started_to_ignore_stays_ignored(case: Case) -> Non
 
 
 def test_a_signal_that_python_cannot_raise_is_taken_again(capfd: pytest.CaptureFixture[str]) -> None:
-    """In a destructor Python prints a traceback, and goes on as if nothing had been."""
+    """In a destructor Python prints a traceback, and continues as if nothing had been."""
 
     class Late:
         def __del__(self) -> None:
@@ -201,7 +201,7 @@ def test_a_signal_that_python_cannot_raise_is_taken_again(capfd: pytest.CaptureF
     def command() -> None:
         Late()
         time.sleep(10)
-        pytest.fail("went on")
+        pytest.fail("continued")
 
     with pytest.raises(SystemExit) as caught:
         guarded(command)

@@ -129,7 +129,7 @@ def test_a_corner_that_is_only_near_an_edge_is_no_face(slid: Results) -> None:
 
 
 def test_blocks_that_are_held_have_no_open_joint(slid: Results) -> None:
-    """The wall stands on the base, and both are held: there is no contact, and nothing opened."""
+    """The wall is on the base, and both are held: there is no contact, and nothing opened."""
     (row,) = rows_between(slid, 0, 2)
     faces = joint_faces(slid, slid.stages[0])
     assert (faces.open[row], faces.status[row], faces.pressure[row]) == (0, 0, 0)
@@ -213,7 +213,7 @@ def test_names_of_joints_and_rock() -> None:
 
 @pytest.mark.parametrize(("part", "slips"), [(0.97, 0.0), (0.995, 1.0), (1.0 - 1e-6, 1.0)])
 def test_what_is_just_below_its_strength_counts_as_slipping(part: float, slips: float) -> None:
-    """Blocks that slid come to rest there: a block on an incline whose joint bears hardly more than its weight asks."""
+    """Blocks that slid reach rest there: a block on an incline whose joint carries hardly more than its weight asks."""
     dip = 30.0
     polygons = [
         shapes.turned(polygon, dip) for polygon in (shapes.rectangle(-5, -1, 5, 0), shapes.rectangle(-2, 0, 2, 0.1))

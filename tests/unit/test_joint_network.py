@@ -62,7 +62,7 @@ def test_a_corner_on_an_edge_is_a_node():
 def test_rock_without_a_joint_is_tight():
     blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)], [(1, 0), (2, 0), (2, 1), (1, 1)]], rock="r")
     model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)])
-    with pytest.raises(bsm.ModelError, match="no face bears a joint, and rock is tight"):
+    with pytest.raises(bsm.ModelError, match="no face has a joint, and rock is tight"):
         joint_network(model)
 
 
@@ -90,7 +90,7 @@ def test_grout_keeps_water_and_a_drain_takes_it():
 
 
 def test_sealed_joints_carry_pressure_and_no_flow():
-    """What stands on both sides of a sealed part stands in it too, linearly."""
+    """What is on both sides of a sealed part is in it too, linearly."""
     curtain = bsm.Grout(polygon=((2.5, -1), (3.5, -1), (3.5, 4), (2.5, 4)))
     flow = flow_of(bricks(flow=bsm.Flow(head={"left": 2.5, "right": 2.2}, coupling="one_way", grout=(curtain,))))
     assert flow.through == 0
@@ -102,7 +102,7 @@ def test_sealed_joints_carry_pressure_and_no_flow():
 
 @pytest.mark.parametrize("conducts", [True, False])
 def test_a_joint_above_standing_water_is_wet_to_where_its_pressure_ends(conducts):
-    """Full and trickling parts lead the same discharge: (z - p) / z = w (r - p) / r; if sealed, it stands level."""
+    """Full and trickling parts lead the same discharge: (z - p) / z = w (r - p) / r; if sealed, it is stable level."""
     net = network([(0, 10), (0, 5), (0, 0)], [(0, 1), (1, 2)])
     c = conductance(net, [1e-3, 2e-3])
     flow = solve_steady(net, c, conditions(net, head={0: 10.5, 2: 2.0}))

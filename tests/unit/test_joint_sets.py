@@ -43,7 +43,7 @@ def hanging() -> Results:
 
 
 def test_length_and_pressure_are_those_of_the_faces(hanging: Results) -> None:
-    """The columns bear the slab on 3 m; the stone falls off the slab, and its joint is open."""
+    """The columns carry the slab on 3 m; the stone falls off the slab, and its joint is open."""
     sets = {one.name: one for one in joint_sets(hanging, hanging.stages[-1])}
     assert set(sets) == {"bed", "roof"}
     bed, roof = sets["bed"], sets["roof"]

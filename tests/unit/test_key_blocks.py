@@ -137,7 +137,7 @@ def test_a_cube_on_a_plane():
 
 
 def test_faces_in_one_plane_bear_together():
-    """A cube on two blocks side by side, gravity turned by 40 degrees: both faces bear cohesion."""
+    """A cube on two blocks side by side, gravity turned by 40 degrees: both faces carry cohesion."""
     rock = three_d.RockMass(
         box=((0, 0, -1), (1, 1, 1)),
         joints=[

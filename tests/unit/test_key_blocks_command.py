@@ -1,4 +1,4 @@
-"""The command ``key-blocks``: a model file of three dimensions, what is printed, told as JSON, written and refused."""
+"""The command ``key-blocks``: a model file of three dimensions, the printed text, told as JSON, written and refused."""
 
 import csv
 import json

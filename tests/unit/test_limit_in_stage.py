@@ -69,7 +69,7 @@ def test_tilt_of_a_stage():
 
 
 def test_gravity_loads_and_bolts_of_a_stage_are_there():
-    """An earthquake that the block does not bear, then a load up the plane that it bears with it, then a bolt."""
+    """An earthquake that the block does not carry, then a load up the plane that it carries with it, then a bolt."""
     model = cliff()
     quake = bsm.Stage(name="quake", gravity=(-0.3, 0.0))
     up = 1e4 * np.array([np.cos(np.radians(DIP)), np.sin(np.radians(DIP))])

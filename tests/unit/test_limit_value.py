@@ -1,4 +1,4 @@
-"""Limits of any number of a model, and the number that gives what was measured."""
+"""Limits of any number of a model, and the number that gives the measurement."""
 
 from dataclasses import replace
 from functools import partial
@@ -116,7 +116,7 @@ def test_greatest_water_level():
         stands = hoek_and_bray(zw=middle, cohesion=10e3).factor > 1
         low, high = (middle, high) if stands else (low, middle)
     found = limit_value(lambda zw: hoek_and_bray(zw=zw, cohesion=10e3).model(), 1.0, 4.0, tolerance=0.01)
-    assert low - 0.031 < found.stable < low + 0.1  # where it slides a little it loses water, and may rest farther down
+    assert low - 0.031 < found.stable < low + 0.1  # where it slides a little it loses water, and may rest further down
     assert found.unstable <= found.stable + 0.031
 
 
@@ -186,7 +186,7 @@ def test_what_is_out_of_range_is_told():
     measured = Measured(point=(0.0, 0.5), movement=1.0)
     found = back_analysis(column, 9.0, 7.5, [measured])
     assert found.value is None
-    assert str(found) == "value: no value in the range gives what was measured"
+    assert str(found) == "value: no value in the range gives the measurement"
     with pytest.raises(bsm.ModelError, match="is in no block"):
         back_analysis(column, 9.0, 7.5, [Measured(point=(99.0, 0.5), movement=1.0)])
     with pytest.raises(bsm.ModelError, match="give a movement"):

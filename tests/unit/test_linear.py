@@ -1,4 +1,4 @@
-"""What the linear scheme reports: contacts, supports, the step, and who is told."""
+"""What the linear scheme reports: contacts, supports, the step, and who is reported."""
 
 import numpy as np
 from numpy.testing import assert_allclose

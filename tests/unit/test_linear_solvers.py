@@ -57,7 +57,7 @@ def grid(side, whole):
 
 
 def positions(pattern):
-    """Return a place for every block; on a line, many at the same point, which an ordering has to bear."""
+    """Return a place for every block; on a line, many at the same point, which an ordering has to carry."""
     return np.stack([np.arange(pattern.rows) % 17.0, np.zeros(pattern.rows)], axis=1)
 
 

@@ -102,7 +102,7 @@ def test_reading_puts_nothing_right_that_no_run_left(stranger: Case, ending: str
 @pytest.mark.parametrize("with_checkpoint", [True, False])
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_links_in_what_a_run_left_lead_nowhere(stranger: Case, ending: str, with_checkpoint: bool) -> None:
-    """It bears the marker, which names files behind a link; what is removed is the link."""
+    """It has the marker, which names files behind a link; what is removed is the link."""
     left = stranger.folder / f"out{ending}"
     left.mkdir()
     as_a_run(left, "pictures/stage.png\n../victim/notes.txt\n")

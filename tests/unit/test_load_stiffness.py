@@ -172,7 +172,7 @@ def test_a_column_that_rocks_on_water_rests_at_its_tilt(level):
 
 
 def test_a_tilt_farther_than_contacts_were_searched_for():
-    """A dam 12 m high that rests at about 0.1 rad: its middle moves farther than contacts are searched for."""
+    """A dam 12 m high that rests at about 0.1 rad: its middle moves more than contacts are searched for."""
     width, level = 3.8465, 10.4555
     dam = np.array([(-width, 0), (0, 0), (-2.7037, 12.3493), (-3.335, 12.3493)])
     base = rectangle(-30, -2, 30, 0)

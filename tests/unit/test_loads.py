@@ -1,4 +1,4 @@
-"""Loads and the point forces that they stand for."""
+"""Loads and the point forces that they represent."""
 
 import re
 

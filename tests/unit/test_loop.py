@@ -31,7 +31,7 @@ def test_blocks_slide_where_friction_does_not_hold_them(slope, status):
 
 
 def test_only_the_blocks_that_move_are_named():
-    """Block 1 stands on the flat, block 2 on nothing."""
+    """Block 1 is on the flat, block 2 on nothing."""
     stage = ended([BASE, rectangle(0, 0, 1, 1), rectangle(8.0, -0.5, 9.0, 0.5)])
     assert stage.status == "unstable"
     assert list(stage.unstable_blocks) == [2]

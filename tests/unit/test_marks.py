@@ -172,7 +172,7 @@ def test_lines_on_each_other_count_once() -> None:
     other[:, 1] = 0.4 + 3.7 * share[:, 0] + (1e-15, -1e-14)
     blocks, report = marked(Marks(lines={"f": [one, other, one]}))
     assert_allclose(length(blocks, joint_edges(blocks, "f")), 2 * np.hypot(8.6, 3.7), rtol=1e-9)
-    assert [note for note in report.notes if "bear another" in note.text] == []
+    assert [note for note in report.notes if "carry another" in note.text] == []
 
 
 def test_random_lines_keep_area_and_do_not_overlap() -> None:
@@ -233,7 +233,7 @@ scheme = "linear"
 
 
 def test_a_bare_mesh_in_a_model_file(case: Case) -> None:
-    """Quadrilaterals without line elements or groups: everything else stands in the model file, and runs again."""
+    """Quadrilaterals without line elements or groups: everything else is in the model file, and runs again."""
     import meshio
 
     meshio.Mesh(np.column_stack([X.ravel(), Y.ravel(), 0 * X.ravel()]), [("quad", QUADS)]).write(

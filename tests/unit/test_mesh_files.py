@@ -224,7 +224,7 @@ def test_meshio_and_its_maintained_descendant_read_alike(
 
 
 def test_universal_files_are_read_by_gmsh(tmp_path: Path) -> None:
-    """Groups of elements keep their names; what is no such file is told."""
+    """Groups of elements keep their names; what is no such file is reported."""
     with gmsh_session("unv") as session:
         square = session.model.occ.addRectangle(0, 0, 0, 2, 1)
         session.model.occ.synchronize()

@@ -1,4 +1,4 @@
-"""Groups by meaning: the grammar, the renaming, and what is wrong with them."""
+"""Groups by meaning: the grammar, the renaming, and the fault with them."""
 
 from __future__ import annotations
 

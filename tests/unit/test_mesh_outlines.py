@@ -1,4 +1,4 @@
-"""What is mended on the way from elements to outlines."""
+"""What is corrected on the way from elements to outlines."""
 
 from __future__ import annotations
 

@@ -295,7 +295,7 @@ def test_a_block_accelerates_by_what_a_dowel_at_its_strength_leaves(turn):
 
 @pytest.mark.parametrize("degrees", [-90.0, -120.0, 35.0])
 def test_supports_that_settle_or_move_along_a_slope_carry_their_block(degrees):
-    """The base is moved 5 mm, as fast as blocks fall, and held across; what stands on it lands on it, thrown or not."""
+    """The base is moved 5 mm, as fast as blocks fall, and held across; what is on it lands on it, thrown or not."""
     move = 5e-3
     supports = [
         bsm.PrescribedDisplacement(blocks=[0], direction=degrees, displacement=move),

@@ -21,7 +21,7 @@ AT_REST, GOAL = Iterate(residual=1.0), Goal(max_residual=1e-8, rest=1e-8)
 
 
 def scene(name):
-    """Return polygons and friction of a scene that comes to rest near where it is given."""
+    """Return polygons and friction of a scene that reaches rest near where it is given."""
     return {
         "column": ([BASE, *(rectangle(0, y, 1, y + 1) for y in range(5))], 35.0),
         "wall": ([BASE, *running_bond(5, 4)], 35.0),
@@ -59,7 +59,7 @@ def test_it_ends_in_equilibrium(name, localized):
 
 
 def test_it_goes_on_to_rest_whatever_the_step_asks_for(monkeypatch):
-    """A step that asks for little got six searches for contacts in vain, and began again."""
+    """A step that asks for little got six searches for contacts without success, and began again."""
     polygons, friction = scene("tilted wall")
     searches, gather = [], BlockSystem.gather
     monkeypatch.setattr(BlockSystem, "gather", lambda *given, **more: searches.append(1) or gather(*given, **more))

@@ -93,7 +93,7 @@ def test_blocks_of_a_network() -> None:
     [
         ({}, "give one of spacing"),
         ({"spacing": 1, "density": 1}, "give one of spacing"),
-        ({"spacing": 1, "length": 2}, "length goes with density"),
+        ({"spacing": 1, "length": 2}, "length belongs to density"),
         ({"density": 0}, "density = 0 is not a positive number; give density in m/m"),
         ({"density": 1, "length": -1}, "length = -1 is not a positive number"),
         ({"density": 1, "persistence": 0.5}, "persistence = 0.5 needs a bridge"),

@@ -107,7 +107,7 @@ def test_ground_above_the_model_that_a_load_stands_for_is_no_slip() -> None:
 
 
 def test_faces_without_strength() -> None:
-    """Two of the four faces bear the joint; T-junctions count too."""
+    """Two of the four faces carry the joint; T-junctions count too."""
     elastic = bsm.Rock("rock", unit_weight=26e3, young=1e10, poisson=0.2)
     bare = PLAIN.replace(rocks=[elastic], default_joint=None, joints=[])
     assert notes_of(bare)[0].startswith("4 faces of rock without a joint and without strength: they neither slip")
@@ -165,6 +165,6 @@ def test_the_linear_scheme_says_what_is_beyond_strength() -> None:
     tilted = PLAIN.replace(gravity_direction=-50.0, joints=[joint(law=bsm.MohrCoulomb(friction=20))])
     (note,) = bsm.run(tilted, bsm.Options(scheme="linear")).stages[0].notes
     assert note.startswith("forces are beyond the strength of ")
-    assert note.endswith("here nothing slips or opens; scheme = 'continuation' says whether it stands")
+    assert note.endswith("here nothing slips or opens; scheme = 'continuation' says whether it is stable")
     level = PLAIN.replace(joints=[joint(law=bsm.MohrCoulomb(friction=20))])
     assert bsm.run(level, bsm.Options(scheme="linear")).stages[0].notes == ()

@@ -1,4 +1,4 @@
-"""Folders whose names are no text, and what fails once a stage is solved: nothing is solved in vain."""
+"""Folders whose names are no text, and what fails once a stage is solved: nothing is solved without success."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def test_what_an_older_one_does_not_say_is_not_known(case: Case) -> None:
     results = bsm.Results.load(case.folder / "out" / "model")
     assert np.isnan(results.stages[0].water_gradient).all()
     assert case.run("plot", "out/model", "--only", "joints_state").code == 0
-    case.refuses("verify", "out/model", says=["schema version 3", "run the model.toml beside it again"])
+    case.refuses("verify", "out/model", says=["schema version 3", "run its model.toml again"])
     assert case.run("report", "out/model").code == 2  # it states what certificates show
 
 

@@ -1,4 +1,4 @@
-"""Pictures: what is on them, which are drawn, and what is told where they cannot be."""
+"""Pictures: what is on them, which are drawn, and what is reported where they cannot be."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def wedge() -> bsm.Model:
 
 @pytest.fixture(scope="module")
 def flake() -> bsm.results.Results:
-    """Return the results of a flake that comes down, whose area is a hundredth of the others'."""
+    """Return the results of a flake that falls, whose area is a hundredth of the others'."""
     return bsm.run(wedge(), bsm.Options(displacement_limit=0.2, falls=bsm.Falls(ignore_below=0)))
 
 

@@ -143,7 +143,7 @@ def test_dam_foundation(tmp_path):
     )
     corners, groups = read(path)
     assert len(corners) == 1 + 7 + 5
-    foot, rock = 32.0 + 26.0 / 40.0 * 5.0, corners[1:]  # the downstream face goes on through the upper bed
+    foot, rock = 32.0 + 26.0 / 40.0 * 5.0, corners[1:]  # the downstream face continues through the upper bed
     np.testing.assert_allclose(areas(corners)[0], 45.0 * (foot + 6.0) / 2)
     width = np.ptp(rock[:, :, 0])
     np.testing.assert_allclose(areas(rock).sum(), width * 10.0 - 5.0 * (foot + 32.0) / 2)

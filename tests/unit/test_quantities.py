@@ -93,7 +93,7 @@ class WetTable(Table):
 
 
 def test_a_number_of_a_class_is_a_key_of_the_file() -> None:
-    """Its type, range, default and description stand in the class alone."""
+    """Its type, range, default and description are in the class alone."""
     table = WetTable.model_validate({"unit_weight": "26 kN/m^3", "water": "20 kPa"})
     assert given_in(table, Wet) == {**given_in(RockTable(unit_weight=26e3), Wet), "water": 20e3}
     with pytest.raises(ValidationError) as refused:

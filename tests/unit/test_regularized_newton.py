@@ -1,4 +1,4 @@
-"""Newton's method with a regularised tangent: it ends where the exact one does, and from farther away."""
+"""Newton's method with a regularised tangent: it ends where the exact one does, and from further away."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Dynamic relaxation: blocks come to rest in equilibrium, without overshooting; where there is none it says so."""
+"""Dynamic relaxation: blocks reach rest in equilibrium, without overshooting; where there is none it says so."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_a_column_under_its_weight_slips_nowhere_and_is_compressed_by_it():
 
 
 def test_contacts_are_searched_for_once_at_every_level_and_at_the_end(monkeypatch):
-    """At the last level only, what has moved would come to rest on old contacts first."""
+    """At the last level only, what moved would reach rest on old contacts first."""
     residuals, search = [], ExplicitMotion.search
     monkeypatch.setattr(ExplicitMotion, "search", lambda m: residuals.append(m.residual.rms) or search(m))
     relaxed(wall(), 10.0)

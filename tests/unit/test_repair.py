@@ -1,4 +1,4 @@
-"""Slivers merged and corners snapped: nothing but what is told changes."""
+"""Slivers merged and corners snapped: nothing but what is reported changes."""
 
 from __future__ import annotations
 

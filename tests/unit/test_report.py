@@ -114,7 +114,7 @@ def test_the_next_run_takes_it_away(slope, tmp_path):
 def test_blocks_that_come_down_and_texts_that_are_no_html(tmp_path):
     bsm.run(replace(incline(20.0, 30.0), title="a < b & <script>alert(1)</script>")).save(tmp_path / "out")
     _, page = report(tmp_path / "out", "--no-pictures")
-    assert "<td>comes down</td><td>1 block, 1 m2 (" in page
+    assert "<td>falls</td><td>1 block, 1 m2 (" in page
     assert "proved: " in page
     assert "&lt;script&gt;" in page
     assert "<script" not in page
@@ -197,7 +197,7 @@ def test_an_overview_of_ones_own(answered, tmp_path):
 
 
 def test_what_is_no_picture_or_no_answer_is_not_shown(answered, tmp_path):
-    """A link that bears a picture's name, and an answer that somebody changed."""
+    """A link that carries a picture's name, and an answer that somebody changed."""
     folder = shutil.copytree(answered[1], tmp_path / "safety")
     (tmp_path / "secret").write_text("a secret of somebody's")
     (folder / "movement.png").unlink()

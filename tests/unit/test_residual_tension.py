@@ -19,7 +19,7 @@ JOINT = bsm.Joint("J", 1e9, 1e9, law=LAW, tensile_strength=40e3, residual_tensil
 
 
 def pulled(slides: bool, stress: float, joint: bsm.Joint = JOINT) -> float:
-    """Return the tension [Pa] that a joint bears under one that would be `stress`, after it has slid or not."""
+    """Return the tension [Pa] that a joint carries under one that would be `stress`, after it has slid or not."""
     specimen = Specimen(joint)
     for at in (position_of(0, 0), position_of(1e-3 * slides, -1e-6), position_of(1e-3 * slides, stress / 1e9)):
         contacts = specimen.contacts(at)

@@ -157,7 +157,7 @@ def test_joints_that_in_situ_stress_closed_and_that_are_open_at_a_checkpoint(tmp
 def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
     tmp_path: Path, left_late: list[Path], monkeypatch: pytest.MonkeyPatch, every: int
 ) -> None:
-    """What falls is removed and the others go on; of more than ten snapshots every second goes, again and again.
+    """What falls is removed and the others continue; of more than ten snapshots every second goes, again and again.
 
     Also after another run that was begun anew and ended at once.
     """
@@ -180,7 +180,7 @@ def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
 
 
 def test_a_run_that_begins_anew_keeps_what_there_is_to_go_on_with(killed: tuple[Path, Path]) -> None:
-    """Who forgets --resume, and ends that run at once, can still go on."""
+    """Who forgets --resume, and ends that run at once, can still continue."""
     model, out = killed
     before = tree(out.with_name("out.running"))
     with pytest.raises(KeyboardInterrupt):
@@ -245,7 +245,7 @@ def test_a_pattern_that_needed_double_precision_still_does(monkeypatch: pytest.M
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("stays", [True, False], ids=["full from then on", "full once"])
 def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:
-    """At whatever operation: the message says how to go on, if there is anything to go on with, and that does."""
+    """At whatever operation: the message says how to continue, if there is anything to continue with, and that does."""
     model, out = put_model(tmp_path / "case", "staged"), tmp_path / "case" / "out"
     wanted = whole_run(model, out)
     last = count_operations(lambda: bsm.run(model, output=out))
@@ -255,7 +255,7 @@ def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:
             shutil.rmtree(left_over)
         if said := fails(lambda: bsm.run(model, output=out), full_disk(number, stays)):
             assert "No space left on device" in said
-            can = "go on with: bsm-mesh run" in said
+            can = "continue with: bsm-mesh run" in said
             assert can == any((out.parent / name / CHECKPOINT).exists() for name in ("out.interrupted", "out.running"))
             why = fails(lambda: bsm.run(model, output=out, resume=True), lambda *told: None)
             assert not why or (not can and "holds the finished results of this model" in why)
@@ -284,4 +284,4 @@ def test_a_resumed_run_that_is_killed_in_its_turn(killed: tuple[Path, Path]) -> 
         assert not why or "holds the finished results of this model" in why
         assert content(out) == wanted
         assert names(out.parent) == ["bolts.csv", "kept", "mesh.msh", "model.toml", "out"]
-    assert "no interrupted run to go on with: it begins at the start" not in said
+    assert "no interrupted run to continue with: it begins at the start" not in said

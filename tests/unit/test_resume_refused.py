@@ -60,7 +60,7 @@ def test_a_checkpoint_that_is_not_as_it_was_written(killed: tuple[Path, Path], d
 
 
 def sealed(file: Path, change: Callable[[dict[str, Any]], object]) -> None:
-    """Change what is told in a checkpoint, and seal it again."""
+    """Change what is reported in a checkpoint, and seal it again."""
     with np.load(file) as members:
         arrays = dict(members)
     told = json.loads(arrays["content"].tobytes())
@@ -120,40 +120,40 @@ def test_a_grid_that_was_changed_since(killed: tuple[Path, Path], name: str, how
 def test_finished_stages_that_cannot_be_read(killed: tuple[Path, Path]) -> None:
     model, out = killed
     (out.with_name("out.running") / "summary.json").write_text("{}")
-    refused(model, out, "the finished stages of what was interrupted: .*summary.json is not from a run")
+    refused(model, out, "the finished stages of an interrupted run: .*summary.json is not from a run")
 
 
 def test_nothing_to_go_on_with(tmp_path: Path) -> None:
     model = put_model(tmp_path, "bolted")
     said: list[str] = []
     bsm.run(model, output=tmp_path / "out", resume=True, report=said.append)
-    assert "no interrupted run to go on with: it begins at the start" in said
+    assert "no interrupted run to continue with: it begins at the start" in said
     assert not (tmp_path / "out" / CHECKPOINT).exists()
-    refused(model, tmp_path / "out", "holds the finished results of this model, .* nothing to go on with")
+    refused(model, tmp_path / "out", "holds the finished results of this model, .* nothing to continue with")
     put_model(tmp_path, "bolted", unit_weight="25 kN/m^3")
     bsm.run(model, output=tmp_path / "out", resume=True)
-    with pytest.raises(ModelError, match="output = False leaves nothing to go on with"):
+    with pytest.raises(ModelError, match="output = False leaves nothing to continue with"):
         bsm.run(model, output=False, resume=True)
-    with pytest.raises(ModelError, match="resume goes with a model file"):
+    with pytest.raises(ModelError, match="resume belongs to a model file"):
         bsm.run(bsm.load(model), resume=True)
 
 
 def test_the_command(case: Case) -> None:
-    """A run that is interrupted says how to go on; that command comes to the end."""
+    """A run that is interrupted says how to continue; that command comes to the end."""
     case.write("model.toml", (case.folder / "model.toml").read_text() + '[[stage]]\nname = "one"\nexcavate = [3]\n')
     script = WAIT + "from bsm_mesh.__main__ import main; import sys; sys.argv[1:] = ['run', 'model.toml', '-q']; main()"
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=case.folder, env=environment(), capture_output=True, text=True, check=False
     )
     assert done.returncode == 130
-    told = "finished and in out/model.interrupted: 1 stage (initial); go on with: bsm-mesh run model.toml --resume"
+    told = "finished and in out/model.interrupted: 1 stage (initial); continue with: bsm-mesh run model.toml --resume"
     assert done.stderr.strip() == f"interrupted (SIGTERM): {told}"
     outcome = case.run("run", "model.toml", "--resume")
     assert outcome.code == 0
     assert "stage one" in outcome.err
     assert "stage initial" not in outcome.err
     assert len(bsm.Results.load("out/model").stages) == 2
-    case.refuses("run", "model.toml", "--resume", says=["nothing to go on with", "run without --resume"])
+    case.refuses("run", "model.toml", "--resume", says=["nothing to continue with", "run without --resume"])
 
 
 WAIT = """

@@ -174,7 +174,7 @@ def test_tables_hold_the_results(results: Results) -> None:
 
 
 def test_meshio_and_a_grid_of_nothing(tmp_path: Path) -> None:
-    """No file without cells is read by meshio; the guide says so. When it is, the guide is to be mended."""
+    """No file without cells is read by meshio; the guide says so. When it is, the guide is to be corrected."""
     none = np.zeros(0, np.int64)
     write_vtu(tmp_path / "a.vtu", Grid(points=np.zeros((0, 2)), offsets=np.zeros(1), connectivity=none, cell_type=1))
     with pytest.raises((IndexError, ValueError, AssertionError)):

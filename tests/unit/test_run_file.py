@@ -1,4 +1,4 @@
-"""A model file run from Python: what the command does, and what can be told otherwise."""
+"""A model file run from Python: what the command does, and what can be stated otherwise."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def incline(**given):
 
 
 class Made:
-    """Trials of two blocks whose second moves as told, has no verdict, or comes down."""
+    """Trials of two blocks whose second moves as told, has no verdict, or falls."""
 
     def __init__(self, moved, undecided=(), falls=()):
         self.moved, self.undecided, self.falls, self.values = moved, undecided, falls, []
@@ -84,7 +84,7 @@ def test_a_budget_ends_the_search():
 
 
 def test_movement_counts_from_a_stronger_state_where_blocks_have_given_way():
-    """At 1 the block has moved by .35 and rests; below .65 it does not move: the limit is where it moves by .05."""
+    """At 1 the block moved by .35 and rests; below .65 it does not move: the limit is where it moves by .05."""
     found = searched(Made(lambda value: max(0.0, value - 0.65)))
     assert found.reference < 0.7
     assert found.reference_moved < 0.05
@@ -93,7 +93,7 @@ def test_movement_counts_from_a_stronger_state_where_blocks_have_given_way():
 
 
 def test_movement_counts_from_a_stronger_state_beyond_those_that_fall():
-    """Blocks come to rest lower down at 1, fall at .6 to .9, and stay where they are at more strength."""
+    """Blocks reach rest lower down at 1, fall at .6 to .9, and stay where they are at more strength."""
     found = searched(Made(lambda value: 0.0 if value < 0.6 else 2.0, falls=[(0.6, 0.9)]))
     assert found.bracket.stable < 0.6 <= found.bracket.unstable
     assert found.is_closed
@@ -109,7 +109,7 @@ def test_soft_joints_are_no_failure():
 
 
 def test_what_is_proved_is_not_stable():
-    """Blocks that must move where they were given, and come to rest a little farther, have failed."""
+    """Blocks that must move where they were given, and reach rest a little further, have failed."""
     made = Made(lambda value: 0.0)
     found = searched(made, bound=1.3)
     assert found.bracket.unstable == 1.3
@@ -206,7 +206,7 @@ def test_trials_from_a_checkpoint_are_those_from_the_start():
 def test_other_starts_and_stiffer_joints():
     found = factor_of_safety(incline(), spread=True)
     names = [text for text, _ in found.spread]
-    assert names == ["strength reduced after stage 'initial' has come to rest", "joints 10 times as stiff"]
+    assert names == ["strength reduced after stage 'initial' is at rest", "joints 10 times as stiff"]
     assert all(each.stable == pytest.approx(EXACT, rel=0.006) for _, each in found.spread)
 
 
@@ -281,7 +281,7 @@ def test_where_no_strength_is_enough_there_is_no_factor():
 
 
 def test_movement_is_told_of_what_is_proved_to_move_and_rests_again():
-    """No state in which blocks have come to rest elsewhere is one to count from."""
+    """No state in which blocks are at rest elsewhere is one to count from."""
     made = Made(lambda value: 0.8)
     found = searched(made, bound=0.05, first=0.05)
     assert made.values == [0.05]
@@ -365,7 +365,7 @@ def test_nothing_that_could_fail_is_no_error():
 
 
 def test_another_start_that_has_no_answer_leaves_the_answer():
-    """The block slides as it is given, so that nothing can be weakened after it has come to rest."""
+    """The block slides as it is given, so that nothing can be weakened after it is at rest."""
     weak = incline().replace(joints=[replace(incline().joints[0], law=bsm.MohrCoulomb(friction=20.0))])
     found = factor_of_safety(weak, spread=True)
     assert found.stable == pytest.approx(np.tan(np.radians(20.0)) / np.tan(np.radians(DIP)), rel=0.006)
@@ -388,4 +388,4 @@ def test_a_bound_of_where_blocks_were_given_is_none_after_they_have_moved():
         stages=[bsm.Stage(name="dig", excavate=[2]), bsm.Stage(name="later", loads=[])]
     )
     found = factor_of_safety(model, bsm.Options(displacement_limit=50.0))
-    assert any("blocks have moved in earlier stages" in note for note in found.notes)
+    assert any("blocks moved in earlier stages" in note for note in found.notes)

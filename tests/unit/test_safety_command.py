@@ -167,4 +167,4 @@ def test_back_analysis_by_the_command(given):
     assert json.loads(shown)["value"] == pytest.approx(1e10, rel=0.02)
     code, shown, _, _ = asked("back-analysis", given, *vary, "--measured", *at, "x", -1.0, 0.1, "-q")
     assert code == 3
-    assert "no value in the range gives what was measured" in shown
+    assert "no value in the range gives the measurement" in shown

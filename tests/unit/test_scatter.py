@@ -33,7 +33,7 @@ def wall(law: bsm.MohrCoulomb | None = None, **changes: object) -> bsm.Model:
 
 
 def frictions(model: bsm.Model) -> np.ndarray:
-    """Return the friction of every edge; NaN where it bears no joint."""
+    """Return the friction of every edge; NaN where it has no joint."""
     by_name = {joint.name: joint.law.friction for joint in model.joints}  # type: ignore[union-attr]
     names = np.array([by_name[name] for name in model.blocks.joint_names])
     return np.where(model.blocks.edge_joint < 0, np.nan, names[model.blocks.edge_joint])

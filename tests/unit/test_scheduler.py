@@ -1,4 +1,4 @@
-"""Runs on processes: all of them once, also where processes die; what is given up; nothing is left running."""
+"""Runs on processes: all of them once, also where processes die; the input up; nothing is left running."""
 
 from __future__ import annotations
 

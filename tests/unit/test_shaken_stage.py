@@ -1,4 +1,4 @@
-"""A stage that is shaken: energies, verdicts, times, laws and bolts in it, and how it goes on."""
+"""A stage that is shaken: energies, verdicts, times, laws and bolts in it, and how it continues."""
 
 import csv
 from dataclasses import replace

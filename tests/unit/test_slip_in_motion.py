@@ -44,7 +44,7 @@ def test_flight_is_no_slip(up, turn):
 @pytest.mark.parametrize("last", [1e-3, 1.0])
 @pytest.mark.parametrize("turn", [0.0, 50.0])
 def test_a_sliding_block_rises_by_dilation(last, turn):
-    """Up by tan(dilation angle) a metre of slip while it lasts; it comes no farther than by friction alone."""
+    """Up by tan(dilation angle) a metre of slip while it lasts; it comes no more than by friction alone."""
     motion = thrown(bsm.MohrCoulomb(friction=30), 0.07, 0.0, turn, kn=1e9, dilation_angle=4.0, dilation_slip=last)
     moved, rises = turned(motion.residual.position[1:, :2], -turn)[0]
     opened = np.tan(np.radians(4.0)) * np.minimum(motion.contacts.slip_path, last)

@@ -115,7 +115,7 @@ def test_a_slab_stands_up_to_its_peak_and_goes_beyond_it(angle, status):
 
 
 def test_a_stage_goes_on_with_what_has_worn_off():
-    """Pushed over the peak and let go, a block does not bear the same push again."""
+    """Pushed over the peak and let go, a block does not carry the same push again."""
     law = MohrCoulomb(friction=40, residual_friction=20, softening_slip=2e-3)
     weight, k = 25e3 * 2, 2e7
     push = 0.75 * weight * PEAK + k * 2e-3

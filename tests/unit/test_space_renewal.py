@@ -1,4 +1,4 @@
-"""Contact polygons in space found again where blocks have slid: clipping, edges, walls, what goes on in them."""
+"""Contact polygons in space found again where blocks have slid: clipping, edges, walls, what continues in them."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_pairs_of_near_blocks_are_those_whose_boxes_are_near():
 
 
 def system_and_contacts(movement, tilt=(0.2, -0.3, 0.15)):
-    """Return the block system of a cube on the first of two tables, and contacts where the cube has moved (6,).
+    """Return the block system of a cube on the first of two tables, and contacts where the cube moved (6,).
 
     The whole model is turned.
     """
@@ -168,7 +168,7 @@ def stopped():
 
 @pytest.mark.heavy
 def test_a_cube_slides_to_a_wall_and_rests_on_it(stopped):
-    """The way is the gap, the force on the wall what friction does not bear: to a thousandth and a hundredth."""
+    """The way is the gap, the force on the wall what friction does not carry: to a thousandth and a hundredth."""
     stage = stopped.stages[0]
     along, across = np.array([[np.cos(a), 0, -np.sin(a)] for a in np.radians([35, -55])])
     assert (stage.status, stage.displacement[4, :3] @ along) == ("stable", pytest.approx(0.2, rel=1e-3))

@@ -1,4 +1,4 @@
-"""Model files of three dimensions that are run: stages, supports, loads, what is printed and told as JSON."""
+"""Model files of three dimensions that are run: stages, supports, loads, the printed text and reported as JSON."""
 
 import json
 
@@ -62,7 +62,7 @@ def test_stages_of_a_model_file_are_run_and_told(case: Case) -> None:
     assert outcome.code == 0
     said = " ".join(outcome.out.split())
     assert "lid off stable 2" in said
-    assert "comes down 1 block, 6 m3 (60 % of all), 156 kN" in said
+    assert "falls 1 block, 6 m3 (60 % of all), 156 kN" in said
     assert "weights and loads (x, y, z) 0 N, 0 N, -260 kN" in said
     assert "J1 4.619 m2 0 % 100 % 0 Pa" in said
     assert "blocks.pvd, contacts.pvd, supports.pvd" in said
@@ -109,7 +109,7 @@ force = [0, "1 kN", 0]
 
 
 def results_height(model):
-    """Return the height of what is left of the side to the east [m]."""
+    """Return the height of the rest of the side to the east [m]."""
     east = model.blocks.vertices[model.blocks.vertices[:, 0] == 2, 2]
     return np.unique(east)[-2] - east.min()
 

@@ -1,4 +1,4 @@
-"""Stability of an equilibrium: the movement by which blocks leave one that is unstable, beside dense eigenvectors."""
+"""Stability of an equilibrium: the mode that leaves an unstable one, compared with dense eigenvectors."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ BASE = rectangle(-20, -1, 20, 0)
 
 
 def on_its_corner(x: float, half: float) -> np.ndarray:
-    """Return a square that stands on a corner, with half its diagonal [m]."""
+    """Return a square that is on a corner, with half its diagonal [m]."""
     return np.array([(x, 0.0), (x + half, half), (x, 2 * half), (x - half, half)])
 
 

@@ -230,7 +230,7 @@ def test_fill_bears_its_weight(options):
 
 @pytest.mark.parametrize(("gap", "said"), [(0.05, False), (0.11, True)])
 def test_blocks_that_come_to_rest_far_off_are_noted(gap, said):
-    """A unit block above a floor: it falls, rests and is stable; farther than a tenth of its size, that is said."""
+    """A unit block above a floor: it falls, rests and is stable; more than a tenth of its size, that is said."""
     floor = [(-2, -1), (3, -1), (3, 0), (-2, 0)]
     block = [(0, gap), (1, gap), (1, 1 + gap), (0, 1 + gap)]
     model = bsm.Model(
@@ -242,7 +242,7 @@ def test_blocks_that_come_to_rest_far_off_are_noted(gap, said):
     )
     stage = bsm.run(model, CONTINUATION).stages[0]
     assert stage.status == "stable"
-    words = "before it came to rest, 1 block moved by more than a tenth of its size, up to 0.11 m: block 1"
+    words = "before it reached rest, 1 block moved by more than a tenth of its size, up to 0.11 m: block 1"
     assert any(words in note and "displacement_limit" in note for note in stage.notes) is said
     assert verdict_in_words(model.blocks, stage) == (
         "stable, after moving 0.11 m (0.11 of the block's size)" if said else "stable"

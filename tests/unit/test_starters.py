@@ -13,7 +13,7 @@ from tests.scenes.small_case import Case
 
 
 def change(case: Case, name: str, old: str, new: str) -> None:
-    """Change a text that stands in the starter's model file."""
+    """Change a text that is in the starter's model file."""
     model = case.folder / name / "model.toml"
     assert old in model.read_text()
     model.write_text(model.read_text().replace(old, new))
@@ -60,7 +60,7 @@ def test_the_roof_wedge_stands_with_bolts_and_falls_without(case: Case, name: st
     case.run("new", name, "mine")
     with_bolts = bsm.run(case.folder / "mine/model.toml", output=False)
     assert [stage.status for stage in with_bolts.stages] == ["stable"] * len(with_bolts.stages)
-    assert with_bolts.stages[-1].max_stage_displacement < 0.01  # where blocks came to rest far off, they had fallen
+    assert with_bolts.stages[-1].max_stage_displacement < 0.01  # where blocks reached rest far off, they had fallen
     without = bsm.run(with_bolts.model.replace(bolts=(), histories=()), with_bolts.options)
     down = without.unstable_blocks
     moments = without.blocks.moments

@@ -1,4 +1,4 @@
-"""Lines made straight to the digits of a file, and what is left as it is."""
+"""Lines made straight to the digits of a file, and the rest as it is."""
 
 from __future__ import annotations
 

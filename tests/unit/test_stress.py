@@ -56,7 +56,7 @@ def test_principal_stresses(degrees):
 
 
 def test_blocks_that_supports_hold_and_slivers_have_no_stress_to_tell():
-    """Block 0 is held at two points, 1 stands on a roller, 2 is held as a whole, 3 is a sliver, 4 is none of these."""
+    """Block 0 is held at two points, 1 is on a roller, 2 is held as a whole, 3 is a sliver, 4 is none of these."""
     blocks = bsm.Blocks.from_polygons(
         [square(0, 0), square(2, 0), square(4, 0), square(6, 0) * [1.0, 1e-4], square(8, 0)], rock="r"
     )

@@ -1,4 +1,4 @@
-"""Studies: equal tables whoever does the runs and however often it is killed; failing runs; what is told."""
+"""Studies: equal tables whoever does the runs and however often it is killed; failing runs; what is reported."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_ctrl_c_says_how_to_go_on(study: Case) -> None:
     assert not any(child.is_running() and child.status() != psutil.STATUS_ZOMBIE for child in children)
     left = finished(out)
     assert 2 <= left < many
-    assert f"interrupted: {left} of {many} runs are finished in out/study; go on with: " in said
+    assert f"interrupted: {left} of {many} runs are finished in out/study; continue with: " in said
     assert "bsm-mesh study study.toml --processes 2" in said
 
 

@@ -1,4 +1,4 @@
-"""Supports and the bars that they stand for (Wang 3.3.4)."""
+"""Supports and the bars that they represent (Wang 3.3.4)."""
 
 import re
 

@@ -186,7 +186,7 @@ def test_units_of_angles_and_bolts(tmp_path: Path) -> None:
         ("# 1\n# 2\n", "has no rows; it needs a header and rows below it (x1, y1, x2, y2 of a trace"),
         ("x1;y1;x2;y2\n0;0;1\n", "line 2: has more or fewer cells than the header (3, not 4)"),
         ("# a\nx1,y1,x2,y2\n# b\n0,0,1,z\n", "line 4: y2 = 'z' is no finite number"),
-        ('x1,y1,x2,y2\n0,0,1,"1\n0,0,1,1\n', "is no table: unexpected end of data; mend the line"),
+        ('x1,y1,x2,y2\n0,0,1,"1\n0,0,1,1\n', "is no table: unexpected end of data; correct the line"),
     ],
 )
 def test_tables_that_are_not_clear(tmp_path: Path, text: str, says: str) -> None:

@@ -1,4 +1,4 @@
-"""What `run` says in an engineer's words: what comes down, how far blocks moved, nothing wider than a terminal."""
+"""What `run` says in an engineer's words: every unstable block, how far blocks moved, nothing wider than a terminal."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_lengths_as_parts_of_a_block() -> None:
 
 
 def test_greatest_force_and_greatest_utilisation_are_told_of_their_own_bolts() -> None:
-    """The strong bolt bears more, the weak one has used more of its strength."""
+    """The strong bolt carries more, the weak one has used more of its strength."""
     model = model_of([rectangle(0, 0, 4, 1), rectangle(0, 1, 2, 3), rectangle(2, 1, 4, 3)], friction=30.0)
     kind = {"diameter": 0.02, "bond_strength": 1e6}
     strong = bsm.Bolt(name="strong", start=(1, 2.5), end=(1, 0.5), yield_strength=500e6, pretension=60e3, **kind)
@@ -88,7 +88,7 @@ def test_what_fell_and_what_is_compared_is_told_whole(case: Case) -> None:
     text = without_bolts((case.folder / "mine/model.toml").read_text(encoding="utf-8"))
     case.write("mine/model.toml", text + '\n[falls]\non_fall = "remove"\n')
     said = case.run("run", "mine/model.toml", "-q").out
-    table = said[said.index("What came down and was taken away") : said.index("stage heading")]
+    table = said[said.index("What fell and was taken away") : said.index("stage heading")]
     assert all(len(line) <= 80 for line in table.splitlines())
     assert "…" not in said
     assert ": blocks 92, 94: " in said

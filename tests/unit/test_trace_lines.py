@@ -1,4 +1,4 @@
-"""Features of GeoJSON and of GIS files are read alike: names of sets, collections, what is left out, units, planes."""
+"""Features of GeoJSON and of GIS files are read alike: names of sets, collections, omissions, units, planes."""
 
 from __future__ import annotations
 

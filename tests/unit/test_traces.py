@@ -115,7 +115,7 @@ def drawn(folder: Path) -> tuple[Path, dict[str, float]]:
 
 @pytest.mark.parametrize("tolerance", [0.1, 1e-3])
 def test_curves_are_sampled_to_a_tolerance(tmp_path: Path, tolerance: float) -> None:
-    """No chord is farther from its curve than the tolerance; inserts are taken apart, other things are counted."""
+    """No chord is further from its curve than the tolerance; inserts are taken apart, other things are counted."""
     path, lengths = drawn(tmp_path)
     with pytest.warns(MeshWarning, match=r"curves.dxf: left out, being no lines: 2 POINT, 1 TEXT"):
         found = {one.name: [np.asarray(line) for line in one.lines] for one in read_traces(path, tolerance=tolerance)}

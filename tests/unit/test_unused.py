@@ -13,7 +13,7 @@ from tests.scenes.square_mesh import CURVES, NODES, msh
 JOINT = 'normal_stiffness = "5 GPa/m"\nshear_stiffness = "1 GPa/m"\nfriction = 35\n'
 BOLT = '[[bolt]]\nname = "short"\nstart = [0.3, 0.3]\nend = [0.6, 0.6]\ndiameter = "25 mm"\n'
 ROCK = '[rock.clay]\nunit_weight = "20 kN/m^3"\nyoung = "1 GPa"\npoisson = 0.3\n'
-UNUSED = {  # added to the model file, and what is said of it
+UNUSED = {  # added to the model file, and the description of it
     "rock": (ROCK, ["rock 'clay' is used by no block"]),
     "joint": (f"[joint.J2]\n{JOINT}", ["joint 'J2' is used by no face", "J1"]),
     "line off the rock": (f"[joint.J2]\nalong = [[0, 7], [2, 7]]\n{JOINT}", ["joint 'J2' is used by no face"]),
@@ -37,7 +37,7 @@ UNUSED = {  # added to the model file, and what is said of it
         '[[stage]]\nname = "dig"\nexcavate = ["2"]\n',
         ["stage 'dig': excavate: there is no excavation '2'"],
     ),
-    "bolts": (BOLT, ["[[bolt]] number 1: 1 bolt lies in a single block and bears nothing (bolt 1 'short'"]),
+    "bolts": (BOLT, ["[[bolt]] number 1: 1 bolt lies in a single block and carries nothing (bolt 1 'short'"]),
     "bolt curve": ('[[bolt]]\ncurve = "B2"\ndiameter = 0.02\n', ["the mesh has no curve 'bolt:B2'", "B1"]),
     "excavation of a group": (
         '[groups]\n"dug" = "excavation:1"\n"*" = "rock:gneiss"\n',
@@ -140,7 +140,7 @@ along = [[0.5, 0.2], [0.5, 0.8]]
 
 
 def test_dead_ends_of_lines_in_regions_are_lost(mesh: Case) -> None:
-    """A rigid block has no crack in it: what bounds no two blocks is told where it is more than a hundredth."""
+    """A rigid block has no crack in it: what bounds no two blocks is reported where it is more than a hundredth."""
     mesh.change('"mesh.msh"', '"mesh.msh"\nblocks = "regions"')
     mesh.write("model.toml", (mesh.folder / "model.toml").read_text() + DEAD)
     mesh.refuses("run", "model.toml", says=["'joint:J3'", "0.6 m", "joint 'J3' is used by no face"])

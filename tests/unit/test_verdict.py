@@ -16,7 +16,7 @@ FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m
 
 
 def watch(heights, limit=100.0, **given):
-    """Return what is said after steps in which a square lies a height above its base."""
+    """Return the text after steps in which a square lies a height above its base."""
     moving = BlockSystem(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1)], **given))
     falling = CollapseCriterion(moving, moving.start, limit, bsm.Falls())
     said = []
@@ -73,7 +73,7 @@ def test_a_block_on_a_taut_bolt_does_not_come_down():
 
 def test_a_block_that_has_moved_too_far_comes_down_at_once():
     collapse = watch([-1e-5, 0.5], limit=0.4)[-1]
-    assert collapse.reason == "a block has moved more than 0.4 m"
+    assert collapse.reason == "a block moved more than 0.4 m"
     assert_array_equal(collapse.down, [1])
 
 

@@ -70,7 +70,7 @@ def test_a_slide_is_proved_by_its_mechanism(tmp_path):
 
 
 def test_what_was_followed_is_named_where_nothing_is_proved(tmp_path):
-    """Friction between walls might hold a block, and statics cannot tell that nothing presses it there."""
+    """Friction between walls might hold a block, and statics cannot determine that nothing presses it there."""
     walled = model_of([rectangle(x, 0, x + 1, 1) for x in range(3)], friction=30.0, fixed=(0, 2))
     (ground,), code = told(bsm.run(walled), tmp_path / "out")
     assert (ground["verdict"], ground["kind"], code) == ("unstable", "followed", 0)
@@ -84,7 +84,7 @@ def test_no_proof_is_sought_where_blocks_have_moved_before(tmp_path):
     model = model_of([*polygons, stop], friction=25.0, fixed=(0, 2), stages=[bsm.Stage(name="later", excavate=[2])])
     grounds, code = told(bsm.run(model), tmp_path / "out")
     assert ([ground["kind"] for ground in grounds], code) == (["equilibrium", "followed"], 0)
-    assert "no proof was sought: blocks had moved by 0.3 m before" in grounds[1]["text"]
+    assert "no proof was sought: blocks moved by 0.3 m before" in grounds[1]["text"]
 
 
 def test_an_excavation_is_proved_where_nothing_has_moved(tmp_path):

@@ -82,7 +82,7 @@ def test_extras_are_what_bootstrap_adds() -> None:
 
 
 def sentences(entry: str) -> int:
-    """Return of how many sentences an entry of the changelog is; what stands in code or in brackets is none."""
+    """Return of how many sentences an entry of the changelog is; what is in code or in brackets is none."""
     plain = re.sub(r"\([^()]*\)", "", re.sub(r"`[^`]*`", "x", " ".join(entry.split())))
     return len(re.findall(r"(?<!Fig)(?<!Eq)[.!?](?=\s+[A-Zx\[0-9*]|$)", plain))
 

@@ -87,7 +87,7 @@ def test_an_open_joint_keeps_its_pressure(gap):
 
 
 def test_a_block_that_moves_takes_the_pressure_of_where_it_is():
-    """The table falls from left to right: the right block is pushed until friction holds what is left of the push."""
+    """The table falls from left to right: the right block is pushed until friction holds the rest of the push."""
     table = [(-1, 1.0), (0, 1.0), (3, 0.0)]
     model = two_blocks(
         water=bsm.Water(table=table), loads=[bsm.PointLoad(block=2, point=(0.5, 0.1), force=(17.0e3, 0))]

@@ -64,7 +64,7 @@ def test_their_resultants_are_the_waters_forces_on_the_blocks(table, scheme):
 
 
 def test_a_joint_with_a_pressure_of_its_own():
-    """It stands in its faces alone, and outlives the way to a folder and back."""
+    """It is in its faces alone, and outlives the way to a folder and back."""
     results = wet({"table": [(0, 2.0)], "joint_pressure": {"J": 5e4}})
     faces = joint_faces(results, results.stages[0])
     assert_allclose(faces.water_pressure, 5e4)

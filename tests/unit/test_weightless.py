@@ -1,4 +1,4 @@
-"""Blocks without weight or load, moved by supports alone: they slip until nothing bears, and do not drift on."""
+"""Blocks without weight or load, moved by supports alone: they slip until nothing carries, and do not drift on."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def on_a_crack(dip: float) -> list[np.ndarray]:
 @pytest.mark.parametrize("solver", ["auto", "superlu"])  # the second takes no zero pivot
 @pytest.mark.parametrize("dip", [25.0, 35.0, 50.0])
 def test_a_slipping_crack_without_load(dip, solver):
-    """Pressed by v on a crack steeper than friction a block slips until the crack bears nothing: by v / tan(dip)."""
+    """Pressed by v on a crack steeper than friction a block slips until the crack carries nothing: by v / tan(dip)."""
     model = model_of(on_a_crack(dip), gamma=0, friction=20.0, supports=[bsm.Fixed(blocks=[0])])
     top = HEIGHT + 2 * np.tan(np.radians(dip)) - 1e-9
     pressed = bsm.PrescribedDisplacement(boundary="top", direction=90, displacement=-1e-3)

@@ -269,7 +269,7 @@ def test_end_anchored_is_grouted_with_two_nodes(load):
 
 @pytest.mark.parametrize("kind", ["grouted", "end_anchored"])
 def test_stiffness_times_length_instead_of_modulus_and_diameter(kind):
-    """Wang Eqs. 5.1, 5.2: the tension is K_b times the elongation, K_b L what is given."""
+    """Wang Eqs. 5.1, 5.2: the tension is K_b times the elongation, K_b L the input."""
     given = {"start": (1.5, 0), "end": (1.5, 2.5), "diameter": 0.022, "kind": kind}
     bolts = bsm.Bolt(**given, stiffness=4e6), bsm.Bolt(**given, young=4e6 / (np.pi * 0.022**2 / 4))
     one, other = (solve([ROOF, HUNG], [bolt]).stages[-1] for bolt in bolts)

@@ -15,7 +15,7 @@ MARGIN = 1e-3
 
 
 def stands(model):
-    """Return whether the block rests where it is: one that slides leaves water behind, and may rest farther down."""
+    """Return whether the block rests where it is: one that slides leaves water behind, and may rest further down."""
     results = bsm.run(model)
     return results.status == "stable" and results.stages[0].max_displacement < 1e-3
 
@@ -38,7 +38,7 @@ def test_a_brittle_joint_bears_less():
     ("peak", "left", "status"), [(1.01, None, "stable"), (0.99, None, "unstable"), (1.01, 0.5, "stable")]
 )
 def test_cohesion_alone_on_an_incline(peak, left, status):
-    """A block without friction; what is left of its cohesion matters only once it has slipped."""
+    """A block without friction; the rest of its cohesion matters only once it has slipped."""
     polygons = [turned(p, 30.0) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5))]
     need = 25e3 * 0.5 * np.sin(np.radians(30.0))  # Pa: weight along the incline over the base's length
     law = bsm.MohrCoulomb(

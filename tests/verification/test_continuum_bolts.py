@@ -57,7 +57,7 @@ def test_wang_example_4():
 
 @pytest.mark.parametrize("name", ["model", "two_bolts"])
 def test_bolts_in_rigid_rock_under_small_displacements(name):
-    """A tenth of the loads: what is left of the difference is quadratic in the blocks' rotation, and in no element."""
+    """A tenth of the loads: the rest of the difference is quadratic in the blocks' rotation, and in no element."""
     loaded = load_model_file(EXAMPLES / f"04_bolted_opening/{name}.toml", lambda _: None)
     tenth = bolted(loaded.model, load=0.1, rigid=True)
     (stage,) = compare_stages(tenth, bsm.run(tenth, bsm.Options(tolerance=1e-9)), refine=False)

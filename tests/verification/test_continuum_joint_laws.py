@@ -72,10 +72,10 @@ def test_a_softening_joint_comes_to_rest_where_its_neighbour_takes_over(k):
 
 @pytest.mark.parametrize("last", [1e-3, 1.0])
 def test_a_dilating_joint_between_walls_holds_the_block_that_slides_out(last):
-    """A block between two held ones slips under its weight until both joints' pressure bears it.
+    """A block between two held ones slips under its weight until both joints' pressure carries it.
 
     Half its weight W is mu (P + kn t x), with the slip x, the slope t of dilation and the field's pressure P; the shear
-    springs give by as much as they bear.
+    springs give by as much as they carry.
     """
     kn, ks, angle, weight, field = 1e9, 4e8, 5.0, 25e3, 1e3
     joint = bsm.Joint("J", kn, ks, law=bsm.MohrCoulomb(friction=35), dilation_angle=angle, dilation_slip=last)

@@ -111,7 +111,7 @@ def test_incline(friction, fields):
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("fields", [{}, ELASTIC], ids=["rigid", "elastic"])
 def test_submerged_block(fields, order):
-    """Archimedes: under water a joint bears the weight less the water's, and rock the total stress of both."""
+    """Archimedes: under water a joint carries the weight less the water's, and rock the total stress of both."""
     water = bsm.Water(table=[(-5, 3.0), (5, 3.0)], unit_weight=10e3)
     stage = solve_continuum(on_a_slope(0.0, 30.0, fields).replace(water=water), order=order, joints=True)
     assert_allclose(stage.contacts.normal_force.sum(), -(26e3 - 10e3) * 0.4, rtol=1e-6)
@@ -185,7 +185,7 @@ def test_pressure_on_new_faces():
 
 @pytest.mark.parametrize("at_first", [True, False])
 def test_no_pressure_acts_where_a_block_came_down(at_first):
-    """A stage takes the top block of a column away; a chip at its side came down in that stage, or before.
+    """A stage takes the top block of a column away; a chip at its side fell in that stage, or before.
 
     The pressure acts on the top only, and the bolt through the chip ends in nothing.
     """
@@ -290,7 +290,7 @@ def test_opening_and_slip_of_both(tmp_path):
 def test_in_situ_a_joint_that_opened_closes_where_it_opened(limit):
     """A block between two others is pushed off the lower one and let go, or pushed back beyond where it was.
 
-    What opened bears K times its overlap since: its walls fit together no more.
+    What opened carries K times its overlap since: its walls fit together no more.
     """
     p0, stiffness = 1e5, 1e9
     loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -3 * p0, -2 * p0)]

@@ -1,4 +1,4 @@
-"""docs/theory.md section 3: the continuum that a mesh of rigid blocks and springs stands for.
+"""docs/theory.md section 3: the continuum that a mesh of rigid blocks and springs represents.
 
 Squares are exact: M* = E_N, nu* = 0, G* = E_T / 2. On triangles G* = E_N E_T / (E_N + E_T) and lambda* = E_N / 2 - G*,
 which the pair "triangle" inverts; Gmsh's triangles keep this within 2 %.

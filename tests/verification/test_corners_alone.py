@@ -56,7 +56,7 @@ def test_the_factor_of_a_lintel_on_tips(kind):
 
 
 def test_a_square_on_its_corner_between_walls_is_admissible():
-    """It stands on the floor by a corner, and leans against both walls by corners."""
+    """It is on the floor by a corner, and leans against both walls by corners."""
     half = np.sqrt(0.5)
     walls = [rectangle(-5, -1, 5, 0), rectangle(-5, 0, -half, 3), rectangle(half, 0, 5, 3)]
     square = turned(rectangle(-0.5, -0.5, 0.5, 0.5), 45.0, (0.0, half))
@@ -94,7 +94,7 @@ def test_a_post_on_the_tips_of_two_stones_that_meet_there(extra):
 
 
 def test_squares_that_meet_at_a_corner_in_line_share_no_length():
-    """The upper square stands beside the lower one, with its corner on that one's corner: nothing carries it."""
+    """The upper square is compared with the lower one, with its corner on that one's corner: nothing carries it."""
     polygons = [rectangle(0, 0, 1, 1), rectangle(-1, 1, 0, 2)]
     assert not bsm.limit_analysis(model_of(polygons, friction=40.0)).admissible
 

@@ -16,7 +16,7 @@ FRAMES = [(False, 0.0), (True, 0.0), (False, 33.0)]  # mirrored, turned by degre
 
 
 def run(model, limit, steps=500):
-    """Run until a block has moved `limit`, and hold the end to no overlap, stable or not."""
+    """Run until a block moved `limit`, and hold the end to no overlap, stable or not."""
     results = bsm.run(model, bsm.Options(scheme="continuation", displacement_limit=limit, max_steps=steps))
     assert results.check().overlap <= 1.3e-3
     if results.status == "stable":

@@ -123,7 +123,7 @@ def test_what_does_not_settle_is_not_converged():
 
 @pytest.mark.parametrize(("stiffness", "turns"), [(3e8, 8), (1.2e8, 25)])
 def test_turns_that_overshoot_take_part_of_the_change(stiffness, turns):
-    """Without Aitken's part soft joints go to and fro, for 15 turns; softer ones, if a tenth is taken at least."""
+    """Without Aitken's part soft joints go back and forth, for 15 turns; softer ones, if a tenth is taken at least."""
     model = on_two_joints()
     soft = replace(model.joints[0], normal_stiffness=stiffness)
     stage = bsm.run(model.replace(joints=[soft]), LINEAR).stages[-1]

@@ -104,7 +104,7 @@ def on_wall(stage):
 
 
 def test_a_stage_that_shakes_and_one_that_is_at_rest_again():
-    """The block slips until the wall bears k W - W tan(phi); when it ends friction holds the wall's push."""
+    """The block slips until the wall carries k W - W tan(phi); when it ends friction holds the wall's push."""
     k, slope = 0.4, 0.3
     stages = [bsm.Stage(name="shakes", gravity=(k, 0)), bsm.Stage(name="rests", gravity=(0, 0))]
     results = bsm.run(beside_a_wall(stages, np.degrees(np.arctan(slope))))
@@ -126,7 +126,7 @@ def test_a_stage_that_shakes_and_one_that_is_at_rest_again():
 def test_gravity_stays_until_a_stage_changes_it():
     stages = [
         bsm.Stage(name="shakes", gravity=(0.1, -0.05)),
-        bsm.Stage(name="goes on"),
+        bsm.Stage(name="continues"),
         bsm.Stage(name="up", gravity=(0, 0.2)),
     ]
     for scheme in ("linear", "continuation"):

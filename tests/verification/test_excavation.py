@@ -269,7 +269,7 @@ def test_with_slip_the_order_matters(friction, matters):
 
 
 def test_the_stage_that_fails_is_the_answer():
-    """A brick roof under little horizontal stress: 2 m wide it arches, at 4 m a triangle of it comes down: the end.
+    """A brick roof under little horizontal stress: 2 m wide it arches, at 4 m a triangle of it falls: the end.
 
     With 25 degrees it is at its limit: it sinks by .3 m, and stands or not by what its joints remember in situ (D0037).
     """

@@ -84,7 +84,7 @@ def submerged(shape, surface, depth=None):
     [
         [(0, 0.7)],
         [(-1, 0.2), (9, 2.1)],
-        [(0.4, 0.3), (0.6, 1.2), (1.1, 0.4), (5, -1.5), (6, 0.5)],  # bends between corners, dry and wet by turns
+        [(0.4, 0.3), (0.6, 1.2), (1.1, 0.4), (5, -1.5), (6, 0.5)],  # bends between corners, dry and wet alternately
     ],
 )
 def test_partly_submerged_faces(shape, table):

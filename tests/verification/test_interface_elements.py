@@ -130,4 +130,4 @@ def test_compare_with_joints_is_nearer_than_without():
     results = bsm.run(model, bsm.Options(scheme="linear"))
     without, joined = (compare(model, results, joints=j).displacement_errors[0].l2 for j in (False, True))
     assert without > 0.5
-    assert joined < 0.12  # what is left: the lowest half block, whose base is held
+    assert joined < 0.12  # the rest: the lowest half block, whose base is held

@@ -58,7 +58,7 @@ def rightmost(polygon: np.ndarray) -> float:
 
 @pytest.mark.parametrize(("turn", "scale"), [(0.0, 1.0), (17.0, 1.0), (0.0, 0.01)])
 def test_what_cannot_rest_moves(turn, scale):
-    """It comes down, or slides to where it can rest: that end is admissible by statics alone."""
+    """It falls, or slides to where it can rest: that end is admissible by statics alone."""
     model = slope(24.0, turn, scale)
     assert not bsm.limit_analysis(model).admissible
     results = bsm.run(model, bsm.Options(scheme="continuation"))

@@ -54,7 +54,7 @@ def test_block_on_an_incline(height, friction, angle, status, turns):
     turn = np.degrees(stage.displacement[1, 2])
     if turns is not None:
         assert_allclose(turn, turns, atol=1.0)
-    if turns == 90:  # on the way it has come down: a limit below its movement says so
+    if turns == 90:  # on the way it has fallen: a limit below its movement says so
         short = solve(incline(height, friction, angle), bsm.Options(scheme="continuation", displacement_limit=5.0))
         assert short.status == "unstable"
         assert list(short.unstable_blocks) == [1]
@@ -124,7 +124,7 @@ def column(n, degrees):
 
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_tilt_at_which_a_column_topples(n):
-    """Atan(b / (n h)); once down it may come to rest, so what is looked at is how far it went."""
+    """Atan(b / (n h)); once down it may reach rest, so what is looked at is how far it went."""
     limit = np.degrees(np.arctan(1 / (0.5 * n)))
     stands, topples = solve(column(n, limit - 0.05)), solve(column(n, limit + 0.05))
     assert stands.status == "stable"
@@ -172,7 +172,7 @@ def test_a_toppled_column_comes_to_rest():
 def test_verdict_and_displacement_do_not_depend_on_frame_and_units(case):
     *given, status = case
 
-    def stage_of(**frame):  # a limit of 5 m: how what has toppled goes on is not looked at
+    def stage_of(**frame):  # a limit of 5 m: how what has toppled continues is not looked at
         limit = bsm.Options(scheme="continuation", displacement_limit=5.0 * frame.get("scale", 1.0))
         return solve(incline(*given, **frame), limit).stages[-1]
 
@@ -211,7 +211,7 @@ def test_a_wall_in_compression_agrees_with_the_linear_scheme(law):
     ("name", "friction"), [("wall", 30), ("slab", 40), ("stack", 35), ("toppled", 40), ("arch", 89), ("thin arch", 89)]
 )
 def test_a_stable_end_is_statically_admissible(name, friction):
-    """The blocks where they came to rest can be at rest: a linear program over the forces in their contacts agrees."""
+    """The blocks where they reached rest can be at rest: a linear program over the forces in their contacts agrees."""
     slab = turned(rectangle(-0.4, 0, 0, 2), -15.0)
     model = {
         "wall": lambda: pushed_block(True, 1e10),
@@ -297,7 +297,7 @@ def test_without_any_load_there_is_no_verdict():
 
 @pytest.mark.parametrize(("drop", "status"), [(0.05, "stable"), (1.5, "unstable")])
 def test_a_block_that_slides_over_a_ledge(drop, status):
-    """It lands behind a low ledge and goes on to the wall; in a fall of more than its size it is called free."""
+    """It lands behind a low ledge and continues to the wall; in a fall of more than its size it is called free."""
     polygons = [
         rectangle(-2, -1, 4, 0),
         rectangle(4, -1 - drop, 9, -drop),

@@ -1,8 +1,8 @@
 """A block that settles over a flat corner, at the angle up to which edges count as lying on each other.
 
-The corner at x = 1 stands for half the lengths of both edges beside it; beyond `Rules.parallel` the second counts for
+The corner at x = 1 represents half the lengths of both edges beside it; beyond `Rules.parallel` the second counts for
 nothing. The spring is half as stiff then, and the block turns until the edge counts: neither is an equilibrium of its
-own. Statics: the corners bear W (1 - x) and W x for a centroid at x, and settle by that over kn times their lengths.
+own. Statics: the corners carry W (1 - x) and W x for a centroid at x, and settle by that over kn times their lengths.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ def settled(beyond, *, both):
 @pytest.mark.parametrize("degrees", [0.0, 33.0])
 @pytest.mark.parametrize("beyond", [5e-4, 7e-4, 9e-4])
 def test_an_edge_that_counts_from_some_turn_on(beyond, degrees, mirrored):
-    """Seen: a sliver in the wall of a tunnel turned to and fro in 500 steps, and the run had no verdict."""
+    """Seen: a sliver in the wall of a tunnel turned back and forth in 500 steps, and the run had no verdict."""
     assert settled(beyond, both=True) < beyond < settled(beyond, both=False)  # it counts, and does not
     model = over_a_flat_corner(beyond, mirrored=mirrored, degrees=degrees)
     results = bsm.run(model, bsm.Options(scheme="continuation", max_steps=20))

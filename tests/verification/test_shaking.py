@@ -1,7 +1,8 @@
 """Blocks that are shaken, against closed forms.
 
-A block that slides on a plane by a rectangular pulse: Newmark (1965), Geotechnique 15, 139-160. A block that slides to
-and fro under a harmonic acceleration: each half period is that of the last, a transcendental equation. A block that
+A block that slides on a plane by a rectangular pulse: Newmark (1965), Geotechnique 15, 139-160. A block that slides
+back
+and forth under a harmonic acceleration: each half period is that of the last, a transcendental equation. A block that
 rocks about its corners: Housner (1963), Bull. Seism. Soc. Am. 53, 403-417; its quarter period exactly.
 """
 

@@ -108,7 +108,7 @@ def arch(count, thickness):
     [(9, 0.2, "stable"), (15, 0.2, "stable"), pytest.param(15, 0.08, "unstable", marks=FALLS)],
 )
 def test_an_arch_of_the_plane_is_a_slice_of_space(count, thickness, status):
-    """Its verdict, and where it stands its displacements to a thousandth: corners of faces are the ends of edges."""
+    """Its verdict, and where it is stable its displacements to a thousandth: corners of faces are the ends of edges."""
     polygons = arch(count, thickness)
     fixed = [0, len(polygons) - 1]
     plane = bsm.run(model_of(polygons, friction=40, kn=1e9, gamma=26e3, fixed=fixed), OPTIONS)

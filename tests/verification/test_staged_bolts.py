@@ -13,7 +13,7 @@ from tests.scenes.shapes import rectangle
 
 CONTINUATION = bsm.Options(scheme="continuation", tolerance=1e-9)
 GAMMA, K = 26e3, 1e8
-COLUMN = [rectangle(0, -j, 1, 1 - j) for j in range(4)]  # from the roof down; the lowest stands on the floor
+COLUMN = [rectangle(0, -j, 1, 1 - j) for j in range(4)]  # from the roof down; the lowest is on the floor
 
 
 def run(stages, bolts, options, polygons=COLUMN, supports=None, **keys):

@@ -28,7 +28,7 @@ from tests.scenes.models import model_of
 from tests.scenes.plane_failure import hoek_and_bray
 from tests.scenes.shapes import rectangle, square, turned
 
-SIDES = 2e-5  # relative: the factor lies between two that are 1e-5 apart, and what bounds bear is known to 1e-8
+SIDES = 2e-5  # relative: the factor lies between two that are 1e-5 apart, and what bounds carry is known to 1e-8
 
 
 def tan(angle):
@@ -219,7 +219,7 @@ def test_a_block_that_nothing_touches_falls_at_any_strength():
 
 @pytest.mark.parametrize("angle", [20.0, 30.0])
 def test_a_square_on_its_corner_has_the_strength_of_its_contact(angle):
-    """It stands on a plane with its centre above the corner: it slides as a block on a face does."""
+    """It is on a plane with its centre above the corner: it slides as a block on a face does."""
     stood = turned(rectangle(0, 0, 1, 1), 45.0 - angle)
     blocks = [turned(polygon, angle) for polygon in (rectangle(-2, -1, 2, 0), stood)]
     found = strength_limit(model_of(blocks, friction=35.0))

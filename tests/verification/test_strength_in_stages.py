@@ -1,4 +1,4 @@
-"""Strength that a stage takes away, or gives back, against statics; the history of contacts goes on."""
+"""Strength that a stage takes away, or gives back, against statics; the history of contacts continues."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def on_stop(stage):
 
 
 def test_slip_and_forces_stay_when_the_strength_comes_back():
-    """The stop bears W (sin a - part tan(phi) cos a) after a slip; friction that comes back takes none of it."""
+    """The stop carries W (sin a - part tan(phi) cos a) after a slip; friction that comes back takes none of it."""
     slope, part = np.tan(np.radians(40)), 0.5
     found, results = verdicts(on_incline(40, weaker(part, 1.0), stop=True))
     assert found == ["stable"] * 3

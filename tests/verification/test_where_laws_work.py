@@ -101,7 +101,7 @@ def test_the_continuum_has_it_in_its_interfaces(model):
 
 
 def test_blocks_that_are_followed(model):
-    """Where blocks slide they are slowed, and where they rest they come to rest."""
+    """Where blocks slide they are slowed, and where they rest they reach rest."""
     motion = ExplicitMotion(begun(model), MotionSettings(damping=0.5, damps_impacts=False, real_masses=True), ramp=200)
     for _ in range(40):
         motion.advance(100)

@@ -65,7 +65,7 @@ BOND = [
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("kind", STRESSES)
 def test_patch_of_whole_rock(kind, order, degrees):
-    """Blocks in bond, whose corners stand on edges of others, and rocks whose zones differ in size."""
+    """Blocks in bond, whose corners are on edges of others, and rocks whose zones differ in size."""
     rocks = [rock("rock", size=0.9, order=order), rock("fine", size=0.35, order=order)]
     names = ["rock", "fine", "fine", "rock", "fine", "rock"]
     stage = solved(under_stress(BOND, STRESSES[kind], rocks, names=names, degrees=degrees))

@@ -16,7 +16,7 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND",  # nothing is reached, whatever a page asks for
 )
 BROWSERS, DRIVERS = ("chromium", "google-chrome", "chrome"), ("chromedriver",)
-# Fulfilled when the page has drawn what it was told to draw.
+# Fulfilled when the page has drawn what it was asked to draw.
 DRAWN = "const done = arguments[arguments.length - 1]; requestAnimationFrame(() => setTimeout(() => done(true)));"
 MODEL = "Bokeh.documents[0].get_model_by_name(arguments[0])"
 
@@ -97,7 +97,7 @@ class Page:
         return self.driver.execute_script(f"return window.Bokeh?.documents[0] ? {MODEL}?.text : null", name)  # type: ignore[no-any-return]
 
     def told(self) -> dict[str, str]:
-        """Return what is told of the thing that was chosen, "" its name."""
+        """Return the record of the thing that was chosen, "" its name."""
         return dict(
             self.driver.execute_script(
                 f"""const box = document.createElement("div"); box.innerHTML = {MODEL}.text;
@@ -154,7 +154,7 @@ class Page:
         self.driver.execute_async_script(DRAWN)
 
     def picture(self) -> bytes:
-        """Return what is seen, as PNG."""
+        """Return the visible part, as PNG."""
         return bytes(self.driver.get_screenshot_as_png())
 
     def seconds_a_movement(self, turns: int = 20) -> tuple[float, float]:

@@ -90,7 +90,7 @@ def test_what_is_shown_and_by_what_it_is_coloured(shown: tuple[Results, Path, An
     bolts = {"bolts": ["CELLS", "axial_force"]} if results.stages[0].bolts.count else {}
     shown = {"blocks": ["CELLS", "displacement"], "joints": ["CELLS", "status"], **bolts, "water": ["POINTS", ""]}
     assert told["colours"] == shown
-    assert bool(bolts) == (told["exaggeration"] > 1)  # blocks that come down are drawn true to scale
+    assert bool(bolts) == (told["exaggeration"] > 1)  # unstable blocks are drawn true to scale
 
 
 def test_the_picture(shown: tuple[Results, Path, Any]) -> None:

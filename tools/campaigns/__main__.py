@@ -34,7 +34,7 @@ processes_option = click.option("-p", "--processes", type=click.IntRange(1), def
 def cli() -> None:
     """Faulty inputs, kills and full disks, by the thousand.
 
-    A command that is stopped goes on where it was; exit code 1: something was found. docs/campaigns.md.
+    A command that is stopped continues where it was; exit code 1: something was found. docs/campaigns.md.
     """
 
 
@@ -109,7 +109,7 @@ def disk_command(sizes: int, every: int, seed: int, state: Path) -> None:
 
 
 @cli.command("counts")
-@click.option("--date", required=True, help="Of the campaigns, as it shall stand in the page.")
+@click.option("--date", required=True, help="Of the campaigns, as it shall are in the page.")
 @state_option
 def counts_command(date: str, state: Path) -> None:
     """Store what the campaigns counted and write the tables of docs/campaigns.md."""
@@ -124,7 +124,7 @@ def counts_command(date: str, state: Path) -> None:
 @seed_option
 @state_option
 def again_command(target: str, index: int, seed: int, state: Path) -> None:
-    """Do input INDEX of TARGET again and say what comes of it."""
+    """Do input INDEX of TARGET again and say the outcome of it."""
     with place() as there:
         if target in PARTS:
             click.echo("\n".join(judge_change(there, drawn(target, seed, index))))

@@ -92,7 +92,7 @@ def _kinds(name: str, parts: dict[str, dict[str, int]]) -> list[str]:
     return [*(kind for kind in there if kind != "faults"), "faults"]
 
 
-RESUMED = ("resumed", "begins at the start", "was finished")  # what became of a run that was killed, gone on with
+RESUMED = ("resumed", "begins at the start", "was finished")  # what became of a run that was killed, continued with
 
 
 def _row(name: str, counts: dict[str, int], kinds: list[str]) -> list[int]:

@@ -108,7 +108,7 @@ def count_operations(scene: Scene) -> int:
 
 
 def one(scene: Scene, full: Full) -> tuple[int, list[tuple[str, str]]]:
-    """Run a scene on a full disk; return the exit code and what is wrong then, and after the next run."""
+    """Run a scene on a full disk; return the exit code and the fault then, and after the next run."""
     scene.put()
     before = scene.names()
     with full(scene):
@@ -132,7 +132,7 @@ def one(scene: Scene, full: Full) -> tuple[int, list[tuple[str, str]]]:
 def disk(
     folder: Path, *, sizes: int = 40, every: int = 1, seed: int, names: tuple[str, ...] = NAMES, report: Report = silent
 ) -> State:
-    """Do what is left of the campaign; return its state.
+    """Do the rest of the campaign; return its state.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def disk(
     names : tuple of str
         Models.
     report : callable
-        Told how far it is.
+        Called with the progress.
     """
     state = State(folder.absolute(), "disk", seed)
     with workshop() as root, small_disk(root / "small") as mounted:

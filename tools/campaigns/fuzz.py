@@ -37,7 +37,7 @@ def prepare(good: Path, targets: Iterable[str]) -> None:
 def chunks(
     state: State, targets: Sequence[str], inputs: int, seed: int, sizes: Mapping[str, int] = CHUNK
 ) -> Iterator[dict[str, Any]]:
-    """Yield what is not done yet, the targets by turns, each up to its share of all inputs."""
+    """Yield what is not done yet, the targets alternately, each up to its share of all inputs."""
     shares = sum(TARGETS[name].share for name in targets)
     queues = [_chunks_of(state, name, inputs * TARGETS[name].share / shares, seed, sizes[name]) for name in targets]
     for turn in itertools.zip_longest(*queues):
@@ -63,7 +63,7 @@ def fuzz(
     blocks: float = BLOCKS,
     report: Callable[[str], None] = lambda text: None,
 ) -> State:
-    """Do what is left of a campaign of so many inputs; return its state.
+    """Do the rest of a campaign of so many inputs; return its state.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def fuzz(
     hangs, blocks : float [s]
         See `watch`.
     report : callable
-        Told how far it is.
+        Called with the progress.
     """
     state = State(folder.absolute(), "fuzz", seed)
     good = state.folder / "good"
@@ -112,7 +112,7 @@ def keep(folder: Path, given: Input) -> None:
 
 
 def again(there: Place, good: Path, target: str, seed: int, index: int) -> list[str]:
-    """Do one input again; return what it is and what came of it."""
+    """Do one input again; return what it is and the outcome of it."""
     prepare(good, [target])
     given = draw(good, target, seed, index)
     outcome = there.do(given)

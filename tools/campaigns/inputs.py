@@ -1,4 +1,4 @@
-"""One input of a campaign, and what came of it."""
+"""One input of a campaign, and the outcome of it."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of an input: a class, and for a fault a signature that is the same for the same fault."""
+    """The outcome of an input: a class, and for a fault a signature that is the same for the same fault."""
 
     kind: str
     signature: str = ""
@@ -86,7 +86,7 @@ def random_of(seed: int, target: str, index: int) -> Random:
 
 
 def judge(given: Input) -> Outcome:
-    """Do what an input asks, in the current folder, and return what came of it."""
+    """Do what an input asks, in the current folder, and return the outcome of it."""
     try:
         kind = given.act()
     except (ModelError, GeometryError):

@@ -141,7 +141,7 @@ def kill(
     names: tuple[str, ...] = NAMES,
     report: Report = silent,
 ) -> State:
-    """Do what is left of the campaign; return its state.
+    """Do the rest of the campaign; return its state.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def kill(
     names : tuple of str
         Models.
     report : callable
-        Told how far it is.
+        Called with the progress.
     """
     state = State(folder.absolute(), "kill", seed)
     cases = [(name, former) for name in names for former in (True, False)]

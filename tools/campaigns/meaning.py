@@ -127,7 +127,7 @@ def _rename(made: Meaning) -> None:
 
 
 def _say(made: Meaning, names: dict[str, str]) -> None:
-    """Say in the model file what new names stand for, half of the time; otherwise a message must name one."""
+    """Say in the model file what new names represent, half of the time; otherwise a message must name one."""
     if made.random.random() < 0.5:
         made.tree["groups"] = {**made.tree.get("groups", {}), **names}
     else:

@@ -43,7 +43,7 @@ class Place:
             path.write_bytes(data)
 
     def do(self, given: Input) -> Outcome:
-        """Do an input and return what came of it, files left behind included."""
+        """Do an input and return the outcome of it, files left behind included."""
         self.put(given.files)
         outcome = judge(given)
         expected = {name.partition("/")[0] for name in given.files}

@@ -83,7 +83,7 @@ class Scene:
         return ["run", str(self.root / "model.toml"), "-o", str(self.root / OUT), "--json"]
 
     def resumed(self, steps: int) -> tuple[str, list[tuple[str, str]]]:
-        """Go on with a run that was struck, bring the folder back, and return how it went and what is wrong.
+        """Go on with a run that was struck, bring the folder back, and return how it went and the fault.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class Scene:
         faults, end = [], "resumed"
         with counted_steps() as seen:
             code, said = self.run("--resume")
-        if code == 2 and "there is nothing to go on with" in said and fingerprint(self.root / OUT) == new:
+        if code == 2 and "there is nothing to continue with" in said and fingerprint(self.root / OUT) == new:
             end = "was finished"
         elif code:
             faults.append(("resuming fails", said))
@@ -132,7 +132,7 @@ class Scene:
         return sorted(str(path.relative_to(self.root)) for path in self.root.rglob("*"))
 
     def faults(self, finished: int = 0) -> Iterator[tuple[str, str]]:
-        """Yield what is wrong after a run was struck, then run again and yield what is wrong then.
+        """Yield the fault after a run was struck, then run again and yield the fault then.
 
         Parameters
         ----------
@@ -168,7 +168,7 @@ class Scene:
             yield "the reader finds a mixture", str(self.names())
 
     def most_stages(self) -> int:
-        """Return how many stages can be read, from the results or from what stands beside them."""
+        """Return how many stages can be read, from the results or from what is compared with them."""
         import bsm_mesh as bsm
 
         found = 0

@@ -1,4 +1,4 @@
-"""What a campaign has done and found, on disk: a campaign that is stopped goes on where it was."""
+"""What a campaign has done and found, on disk: a campaign that is stopped continues where it was."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class State:
         return found
 
     def add(self, name: str, chunk: Any, counts: Mapping[str, int], seconds: float) -> None:
-        """Add what came of a chunk, and save."""
+        """Add the outcome of a chunk, and save."""
         part = self.part(name)
         part["done"].append(chunk)
         part["seconds"] += seconds

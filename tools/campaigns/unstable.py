@@ -23,7 +23,7 @@ ADDED = ("support", "load", "bolt", "water", "stage")  # tables with which the s
 
 @dataclass(frozen=True)
 class Example:
-    """An unstable model: its file, scripts it needs, and whether it stands when changed."""
+    """An unstable model: its file, scripts it needs, and whether it is stable when changed."""
 
     name: str
     text: str

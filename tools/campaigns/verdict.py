@@ -30,7 +30,7 @@ CLASSES = (
     "no verdict",
     "noted",
     "right",
-    "came to rest elsewhere",
+    "reached rest elsewhere",
     "not judged",
 )
 FALSE, BROKEN = "false verdict", "traceback"
@@ -86,7 +86,7 @@ def judge_change(there: Place, given: Change) -> tuple[str, str, str]:
     if names(words, given.words):
         return "noted", "", told
     if names(words, ("displacement_limit",)):  # it fell and lies somewhere, and that is said
-        return "came to rest elsewhere", "", told
+        return "reached rest elsewhere", "", told
     if stands is None:
         return "not judged", "", told
     return FALSE, f"{given.example}: {kind_of}"[:200], f"{told}\nverdict: {status}\n{words}\n\n{model}"
@@ -122,7 +122,7 @@ def names(messages: str, words: Sequence[str]) -> bool:
 
 
 def verdict(folder: Path, *, runs: int, seed: int, report: Callable[[str], None] = lambda text: None) -> State:
-    """Do what is left of so many changes; return the state."""
+    """Do the rest of so many changes; return the state."""
     quiet()
     state = State(folder.absolute(), "verdict", seed)
     each = -(-runs // len(PARTS))

@@ -1,7 +1,7 @@
-"""A process that does inputs, as many as it is told, and says what came of them.
+"""A process that does inputs, as many as it is reported, and says the outcome of them.
 
 It reads lines of JSON, ``{"target": ..., "seed": ..., "first": ..., "count": ..., "skip": [...]}``, and answers each
-with one. The number of the input at hand stands in a file, so that a watcher knows which one killed it or does not end.
+with one. The number of the input at hand is in a file, so that a watcher knows which one killed it or does not end.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .inputs import FAULTS, random_of
 from .place import Place, place
 from .targets import TARGETS
 
-MEMORY = 12 * 2**30  # bytes of addresses: an input that wants more is told so, and the machine lives on
+MEMORY = 12 * 2**30  # bytes of addresses: an input that wants more is reported so, and the machine lives on
 
 
 def do_chunk(asked: dict[str, Any], good: Path, there: Place, mark: Any = None) -> dict[str, Any]:
@@ -71,7 +71,7 @@ def die_with_parent() -> None:
 
 
 def quiet() -> None:
-    """Keep warnings to ourselves; arithmetic that overflows is judged by what comes of it."""
+    """Keep warnings to ourselves; arithmetic that overflows is judged by the outcome of it."""
     import numpy as np
 
     warnings.simplefilter("ignore")

@@ -59,7 +59,7 @@ def test_what_was_reached_is_told_and_too_little_or_a_failed_test_ends_with_1(
     assert "half: 71.4 % of 5 lines and 2 branches; of branches alone 50.0 %" in told.out
     assert told.out.partition("missing lines and branches:")[2].split()[:4] == ["2", "71.4", "%", "half/a.py"]
     assert ("pytest ended with exit code 1" in told.err) == (code == 1)
-    monkeypatch.setattr(sys, "argv", ["coverage", "--report"])  # once more, of what was measured
+    monkeypatch.setattr(sys, "argv", ["coverage", "--report"])  # once more, of the measurement
     assert command.main() == int(least > 72)
 
 

@@ -66,7 +66,7 @@ def draw_beam(generator: np.random.Generator) -> Draft:
 def draw_stiff_beam(generator: np.random.Generator) -> Draft:
     """Return such stones with shear springs up to 10 000 times as stiff as normal ones, and less friction.
 
-    The face between the stones turns, so that its shear spring bears a part of the thrust: in series with the normal
+    The face between the stones turns, so that its shear spring carries a part of the thrust: in series with the normal
     one by the square of the turn.
     """
     length, flatness = generator.uniform(1.0, 4.0), generator.uniform(0.04, 0.25)

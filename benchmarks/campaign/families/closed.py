@@ -11,7 +11,7 @@ from benchmarks.campaign.trial import Draft, Expected
 
 SLIDING = 2e-5  # a limit angle is held to 1e-3 degrees
 TIPPING = 2e-3  # corners are let in over a thousandth of a block
-PLAIN, BOLTED = 2e-3, 2e-2  # of plane failure: a bolt yields only after the block has moved, and turned the bolt
+PLAIN, BOLTED = 2e-3, 2e-2  # of plane failure: a bolt yields only after the block moved, and turned the bolt
 GAMMA, WATER = 26e3, 9810.0  # N/m3
 
 

@@ -115,7 +115,7 @@ def staged(draw: Draw) -> Draw:
 
 
 def tilted(draw: Draw) -> Draw:
-    """Return a family's models, which stand on an incline, built on the level and tilted in two to twelve stages."""
+    """Return a family's models, which are on an incline, built on the level and tilted in two to twelve stages."""
 
     def drawn(generator: np.random.Generator) -> Draft:
         draft = draw(generator)

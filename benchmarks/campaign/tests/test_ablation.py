@@ -1,4 +1,4 @@
-"""Ablation: plans without a method, settings with other values; slips of the pen are told."""
+"""Ablation: plans without a method, settings with other values; slips of the pen are reported."""
 
 from __future__ import annotations
 

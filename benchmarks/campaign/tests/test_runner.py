@@ -1,4 +1,4 @@
-"""Campaigns: what is too slow or fails is recorded, what is stopped goes on, what is stored is compared."""
+"""Campaigns: what is too slow or fails is recorded, what is stopped continues, what is stored is compared."""
 
 from __future__ import annotations
 

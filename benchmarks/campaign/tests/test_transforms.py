@@ -77,7 +77,7 @@ def test_nodes_lie_on_edges_and_wherever_others_have_corners():
     there = noded(scene, np.random.default_rng(0))
     assert_allclose([polygon_area(p) for p in there.polygons], [polygon_area(p) for p in scene.polygons], rtol=1e-12)
     base = there.polygons[0]
-    for corners in scene.polygons[1:]:  # bricks of the lowest course stand on the base
+    for corners in scene.polygons[1:]:  # bricks of the lowest course are on the base
         for corner in corners[np.abs(scene_height(scene, corners)) < 1e-9]:
             assert np.hypot(*(base - corner).T).min() < 1e-9
     assert sum(map(len, there.polygons)) > 1.5 * sum(map(len, scene.polygons))

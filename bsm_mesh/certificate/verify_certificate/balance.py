@@ -10,7 +10,7 @@ from .geometry import AGREES, ROUNDING, Arrays, cross, turned_left
 
 
 def residuals(a: Arrays, reference: float) -> tuple[Any, Any]:
-    """Return what every block lacks to balance, (n,), and what rounding makes of it, over the reference weight."""
+    """Return the unbalanced force of every block, (n,), and its part by rounding, over the reference weight."""
     total = a["applied"] + a["water"] + a["reactions"]
     total[:, :2] += a["weight"]
     force = a["contact_normal_force"][:, None] * a["contact_normal"]

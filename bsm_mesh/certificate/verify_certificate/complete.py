@@ -10,7 +10,7 @@ from .geometry import Arrays, cross, edges_of, size_of, turned_left
 
 TOUCHES = 1e-9  # of a block's size: what is nearer touches; rounding of coordinates comes to it
 SAME_PLACE = 1e-6  # of a block's size: a contact at the end of a face
-SHORTER = 1e-3  # by how much the contacts of a face may stand for less than it
+SHORTER = 1e-3  # by how much the contacts of a face may represent less than it
 PARALLEL = 1e-9  # of unit vectors
 STRAIGHT = 1e-3  # rad: a node between two edges in line is no corner
 BLOCKS_AT_ONCE = 256
@@ -63,7 +63,7 @@ def faces(a: Arrays, one: Any, other: Any, near: float) -> tuple[Any, Any, Any, 
 
 
 def face_faults(a: Arrays, p: Arrays, found: tuple[Any, Any, Any, Any]) -> list[str]:
-    """Return which faces have no contact at one of their ends, or contacts that stand for less."""
+    """Return which faces have no contact at one of their ends, or contacts that represent less."""
     points, normal, one, other = found
     count, size = len(a["present"]), size_of(a)
     keys = np.minimum(p["block_a"], p["block_b"]).astype(np.int64) * count + np.maximum(p["block_a"], p["block_b"])
@@ -112,7 +112,7 @@ def corner_gaps(a: Arrays, p: Arrays, steepest: float) -> float:
 
 
 def straight(a: Arrays, edge: Any) -> Any:
-    """Return whether the next edges go on in line, (k,)."""
+    """Return whether the next edges continue in line, (k,)."""
     here = a["vertices"][a["following"][edge]] - a["vertices"][edge]
     after = a["following"][edge]
     ahead = a["vertices"][a["following"][after]] - a["vertices"][after]

@@ -1,4 +1,4 @@
-"""What acts on the blocks follows from what is given: weights from areas and unit weights, loads from their forces."""
+"""What acts on the blocks follows from the input: weights from areas and unit weights, loads from their forces."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ GIVEN = ("unit_weight", "gravity", "load_block", "load_point", "load_force")
 
 
 def given_faults(a: Arrays, reference: float) -> list[str]:
-    """Return what acts on the blocks otherwise than it follows from what is given."""
+    """Return what acts on the blocks otherwise than it follows from the input."""
     missing = [name for name in GIVEN if name not in a]
     if missing:
         return [f"the certificate has no {', '.join(missing)}: weights and loads cannot be followed"]

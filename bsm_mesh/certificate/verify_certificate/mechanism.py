@@ -11,7 +11,7 @@ from .geometry import AGREES, Arrays, cross, turned_left
 from .strength import is_curved, strength_of
 from .water import water_on
 
-ENORMOUS = 1e6  # times all loads together: forces that no rock bears
+ENORMOUS = 1e6  # times all loads together: forces that no rock carries
 
 
 def proved(stage: dict[str, Any], a: Arrays, *, linear: bool) -> tuple[str, list[str]]:

@@ -16,7 +16,7 @@ from .space import is_in_space
 from .water import table_faults
 
 MODEL, MESH = "model.toml", "mesh.vtu"
-FALLEN = 0.04  # of its size: a block that comes down has moved by more
+FALLEN = 0.04  # of its size: an unstable block moved by more
 SAME = 1e-9  # relative: numbers of two files of the same model
 TYPES = {"Float64": np.float64, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}
 
@@ -39,7 +39,7 @@ class GivenFiles:
     def text(self) -> str:
         """What there is to compare with, in words."""
         there = [name for name, has in ((MODEL, self.model), (MESH, self.arrays)) if has]
-        return f"as {' and '.join(there)} give them" if there else "no model file beside it to compare with"
+        return f"as {' and '.join(there)} give them" if there else "there is no model file to compare with"
 
     def faults(self, stage: dict[str, Any], a: Arrays) -> list[str]:
         """Return what of a stage is otherwise than in the files."""
@@ -138,7 +138,7 @@ class GivenFiles:
         far = float((np.maximum(lengths[0], size / 2 * lengths[1]) / size).max(initial=0.0))
         if far >= FALLEN or "displacement_limit" in solver:
             return []
-        return [f"the blocks that come down have moved by {far:.1e} of their size only"]
+        return [f"the unstable blocks moved by {far:.1e} of their size only"]
 
     def _strength(self, law: dict[str, Any]) -> list[str]:
         if law["kind"] in ("elastic", "own") or any(one.get("strength") for one in self.model.get("stage", [])):

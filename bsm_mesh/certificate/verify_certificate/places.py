@@ -10,7 +10,7 @@ from .geometry import AGREES, Arrays, cross, edges_of, placed, size_of
 
 TOUCHING = 2e-3  # of a block's size, beyond the opening: runs let contacts act across a thousandth of the mean size
 TURNED = 1e-6  # of a normal from its edge's
-LONGER = 2e-2  # by how much a contact may stand for more than its edge
+LONGER = 2e-2  # by how much a contact may represent more than its edge
 
 
 def distances(a: Arrays, corner: Any, block: Any, point: Any) -> tuple[Any, Any, Any]:
@@ -29,7 +29,7 @@ def normals(a: Arrays, corner: Any, edge: Any) -> Any:
 
 
 def place_faults(a: Arrays) -> list[str]:
-    """Return which contacts that bear something lie on no corner and edge of their blocks, or along another normal."""
+    """Return which contacts that carry something lie on no corner and edge of their blocks, or along another normal."""
     bears = np.flatnonzero((a["contact_normal_force"] != 0) | (a["contact_shear_force"] != 0))
     if not len(bears):
         return []
@@ -55,7 +55,7 @@ def place_faults(a: Arrays) -> list[str]:
         (same | gone, "is between no two blocks that are there"),
         (off_a | off_b, "does not lie where its blocks touch"),
         (turned, "has another normal than the edge"),
-        (short, "stands for more than any edge of its blocks"),
+        (short, "represents more than any edge of its blocks"),
     )
     return [f"contact {bears[int(bad.argmax())]} {text}" for bad, text in tests if bad.any()]
 

@@ -14,7 +14,7 @@ from .strength import own_laws, strength_faults
 SIDES = ((0, 1.0), (1, -1.0))  # of a face, and whether its corners run counter-clockwise seen from outside
 PARALLEL = 0.05  # sine: faces nearer to parallel touch flat, and have one normal
 TILTED = 0.1  # rad: by how much a normal may lie outside those of two faces that tilt
-MORE = 1e-6  # by how much the points of a face may stand for more than its area
+MORE = 1e-6  # by how much the points of a face may represent more than its area
 
 
 def is_in_space(arrays: Arrays) -> bool:
@@ -176,13 +176,13 @@ def place_faults(a: Arrays) -> list[str]:
         "has another opening than its blocks have",
         "has another shear force than its components",
         "has a shear force across its face",
-        "stands with the others for more than its face",
+        "is with the others for more than its face",
     )
     return [f"contact {int(bad.argmax())} {text}" for bad, text in zip(tests, said, strict=True) if bad.any()]
 
 
 def forces_in_space(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[str, list[str], Any]:
-    """Return what bears a stage at rest, what speaks against its numbers, and which blocks (n,) are unbalanced."""
+    """Return what supports a stage at rest, what speaks against its numbers, and which blocks (n,) are unbalanced."""
     reference = stage["reference_weight"]
     residual, rounding = residuals(a, reference)
     faults = given_faults(a, reference) + support_faults(a, reference) + strength_faults(stage, a)

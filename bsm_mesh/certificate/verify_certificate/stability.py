@@ -15,7 +15,7 @@ MAX_DENSE = 1200  # blocks whose stability is checked here
 def falling(a: Arrays, *, linear: bool) -> tuple[str, list[str]]:
     """Return whether blocks would fall from the equilibrium: its stiffness is not positive.
 
-    Slipping contacts slip: they keep their shear, and turn it with them, but bear no more.
+    Slipping contacts slip: they keep their shear, and turn it with them, but carry no more.
     """
     here = np.flatnonzero(a["present"])
     if len(here) > MAX_DENSE:

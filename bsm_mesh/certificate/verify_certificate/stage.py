@@ -31,7 +31,7 @@ LINEAR = 1e-9  # tolerance of the linear scheme: rounding
 def check_stage(
     told: dict[str, Any], stage: dict[str, Any], arrays: Arrays, files: GivenFiles | None = None
 ) -> tuple[str, list[str]]:
-    """Return what bears the verdict of a stage, in words, and what speaks against it; `files`: what to compare with."""
+    """Return the grounds for the verdict of a stage, in words, and against it; `files`: for the comparison."""
     try:
         text, faults = _checked(told, stage, arrays)
         if files is None:
@@ -92,20 +92,20 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
 
 
 def movement(stage: dict[str, Any], a: Arrays, unbalanced: Any) -> tuple[str, list[str]]:
-    """Return how the blocks that come down were followed, and what of it is not so; `unbalanced` (n,): what moves."""
+    """Return how the unstable blocks were followed, and what of it is not so; `unbalanced` (n,): what moves."""
     blocks, moved = stage["unstable_blocks"], np.linalg.norm(a["displacement"][:, : a["at"].shape[1]], axis=1)
     if not blocks or [one["block"] for one in stage["movement"]] != blocks or not a["present"][blocks].all():
-        return "", ["the blocks that come down are not named"]
+        return "", ["the unstable blocks are not named"]
     faults = []
     if any(abs(one["moved"] - moved[one["block"]]) > AGREES * moved[one["block"]] for one in stage["movement"]):
         faults.append("blocks have not moved as far as is said")
     if not unbalanced[blocks].any():
-        faults.append("every block that is to come down is in balance")
+        faults.append("every block that is to fall is in balance")
     farthest = max(stage["movement"], key=lambda one: one["moved"])
     speed = "" if farthest["speed"] is None else f", at {farthest['speed']:.2g} m/s"
     methods = ", ".join(
         f"{one['name']} ended {one['ended']} and failed in {one['in_vain']}" for one in stage["methods"]
     )
-    text = f"block {farthest['block']} was followed over {farthest['moved']:.3g} m{speed} ({len(blocks)} come down); "
+    text = f"block {farthest['block']} was followed over {farthest['moved']:.3g} m{speed} ({len(blocks)} fall); "
     why = f"; {stage['proof']['text']}" if "proof" in stage and stage["ground"] == "followed" else ""
     return f"{text}{stage['reason']}; of {stage['steps']} steps {methods}{why}", faults

@@ -1,4 +1,4 @@
-"""Shear strength of the joint laws, and contacts that bear more than theirs."""
+"""Shear strength of the joint laws, and contacts that carry more than theirs."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from .geometry import AGREES, Arrays
 
-USED = 1e-9  # by how much more than its strength a contact may bear: rounding
-LITTLE = 1e-9  # of the greatest force: what bears no more has no utilisation, and is not looked at for it
+USED = 1e-9  # by how much more than its strength a contact may carry: rounding
+LITTLE = 1e-9  # of the greatest force: what carries no more has no utilisation, and is not looked at for it
 OPEN = 1e-12  # of the coordinates: by rounding of the gap
 CURVED = ("barton_bandis", "ladanyi_archambault")
 
@@ -73,7 +73,7 @@ def is_curved(law: dict[str, Any]) -> bool:
 
 
 def own_laws(stage: dict[str, Any], a: Arrays) -> str:
-    """Say of which laws no numbers tell the strength."""
+    """Say of which laws the strength is not given by numbers."""
     used = [stage["laws"][number] for number in np.unique(a["law"])]
     names = sorted({law["name"] for law in used if law["kind"] == "own"})
     told = f"; the strength of laws of the user's own cannot be checked by numbers alone: {', '.join(names)}"
@@ -81,7 +81,7 @@ def own_laws(stage: dict[str, Any], a: Arrays) -> str:
 
 
 def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
-    """Return which contacts bear more than their strength, or another part of it than they are said to."""
+    """Return which contacts carry more than their strength, or another part of it than they are said to."""
     normal, shear, length, used = (
         a[f"contact_{name}"] for name in ("normal_force", "shear_force", "length", "utilisation")
     )
@@ -100,13 +100,13 @@ def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
         most = a["closed_at"] + slope * np.minimum(a["slip_path"], last)  # walls part as they slide, up to that
         bears_open = (normal < 0) & (a["contact_opening"] > most + OPEN * np.abs(a["vertices"]).max(initial=0.0))
     tests = (
-        (bears_open, "bears pressure and is open"),
-        (known & ~(found <= 1 + USED), "bears more than its shear strength"),
+        (bears_open, "carries pressure and is open"),
+        (known & ~(found <= 1 + USED), "carries more than its shear strength"),
         (
             known & bears & ~(np.abs(found - used) <= AGREES * np.maximum(used, 1.0)),
             "has another strength than is said",
         ),
-        (~(normal <= a["tension"] * (1 + USED)), "bears more than its tensile strength"),
-        (a["failed"] & (a["tension"] > a.get("residual_tension", 0.0)), "has failed and bears tension"),
+        (~(normal <= a["tension"] * (1 + USED)), "carries more than its tensile strength"),
+        (a["failed"] & (a["tension"] > a.get("residual_tension", 0.0)), "has failed and carries tension"),
     )
     return [f"contact {int(bad.argmax())} {text}" for bad, text in tests if bad.any()]

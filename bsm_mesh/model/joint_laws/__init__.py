@@ -1,4 +1,4 @@
-"""Joint laws, one a file: what each bears in shear under its pressure, and what it remembers (`law`)."""
+"""Joint laws, one a file: what each carries in shear under its pressure, and what it remembers (`law`)."""
 
 from typing import Any
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 
-NEAREST = 0.99  # of the closure limit: nearer to it the hyperbola goes on as its tangent
+NEAREST = 0.99  # of the closure limit: nearer to it the hyperbola continues as its tangent
 
 
 def pressure_at(

@@ -1,4 +1,4 @@
-"""What a joint law is: how much shear a contact bears under its pressure, and what it remembers.
+"""What a joint law is: how much shear a contact carries under its pressure, and what it remembers.
 
 Laws take and return the magnitude of the shear force; its direction, a sign in the plane, stays with the contact.
 
@@ -6,7 +6,7 @@ A law is one small frozen class with `respond`: old state in; shear, tangent and
 contacts. It sees numbers, not the model. Evaluating it changes nothing; only an accepted step keeps a new state.
 That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.strength_lines` besides. A law that has
 `reduced(factor)` too is asked for itself at another strength; of one without, all shear forces are divided
-(`bsm_mesh.model.strength`). One that has a `wear_length` is told how far its contacts have slid.
+(`bsm_mesh.model.strength`). One that has a `wear_length` receives how far its contacts have slid.
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ class JointLaw(Protocol):
         Parameters
         ----------
         pressure : (m,) float64 [N/m]
-            Normal force, compression positive; negative where the contact bears tension.
+            Normal force, compression positive; negative where the contact carries tension.
         trial_shear : (m,) float64 [N/m]
             Magnitude of the shear force if the contact stuck, not negative.
         length : (m,) float64 [m]
-            Length that each contact stands for.
+            Length that each contact represents.
         failed : (m,) bool
             Old state.
         """
@@ -121,7 +121,7 @@ class StraightLaw(JointLaw, Protocol):
         Parameters
         ----------
         length : (m,) float64 [m]
-            Length that each contact stands for.
+            Length that each contact represents.
         """
 
 

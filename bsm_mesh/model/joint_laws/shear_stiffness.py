@@ -93,7 +93,7 @@ def stiffness_at(stress: FloatArray, curve: FloatArray) -> tuple[FloatArray, Flo
 def stiffness_faults(
     shear_stiffness: float | None, exponent: float | None, stress: float | None, law: JointLaw | None
 ) -> list[str]:
-    """Return what is wrong with how a joint's shear stiffness [Pa/m] grows, from a reference stress [Pa]."""
+    """Return the faults of how a joint's shear stiffness [Pa/m] grows, from a reference stress [Pa]."""
     if stress is None and exponent is None:
         return []
     if stress is None:

@@ -32,7 +32,7 @@ class Weaker:
         failed: BoolArray,
         slip_path: FloatArray | None = None,
     ) -> JointResponse:
-        """Return the response of the law that bears less."""
+        """Return the response of the law that carries less."""
         slid = np.zeros(len(failed)) if slip_path is None else slip_path
         given, both = (pressure, trial_shear, length), (self.one, self.other)
         a, b = (law.respond(*given, *memory_of(law, failed, slid)) for law in both)

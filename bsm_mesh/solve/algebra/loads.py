@@ -31,7 +31,7 @@ def force_sums(forces: PointForces, blocks: Blocks) -> FloatArray:
 
 
 def given_of(model: Model, water: WaterLoad, loads: PointForces) -> dict[str, Any]:
-    """Return the fields of `Evidence` that tell what acts on the blocks, from loads worked out to forces."""
+    """Return the fields of `Evidence` that describe what acts on the blocks, from loads worked out to forces."""
     surface = water.surface
     gradient = water.water.unit_weight * surface.factor
     pieces = np.column_stack([surface.level, surface.slope, gradient])

@@ -19,7 +19,7 @@ def bar_forces(constraints: Constraints, reactions: FloatArray, arm: FloatArray,
     Parameters
     ----------
     constraints : Constraints
-        The supports as the blocks stand.
+        The supports as the blocks are.
     reactions : (n, 3) float64
         Their resultant on every block.
     arm : (b, 2) float64 [m]

@@ -168,7 +168,7 @@ def _add_bond(
 ) -> int:  # pragma: no cover - compiled
     """Put the corners of the tension after the node into (w, t): that before it plus the bond force. Return how many.
 
-    The two corners of the bond's own law are new; where it is rigid they stand at one slip, one above the other.
+    The two corners of the bond's own law are new; where it is rigid they are at one slip, one above the other.
     """
     reach = 0.0 if stiffness == np.inf else capacity / stiffness
     left, right = anchor - reach, anchor + reach

@@ -13,7 +13,7 @@ from bsm_mesh.solve.bolts.chain import AT_LIMIT, chain_tangent, solve_chain
 def node_movements(
     position: FloatArray, block: IntArray, arm: FloatArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
-    """Return how far the nodes have moved, (n_nodes, 2), and the arms to them from the centroids."""
+    """Return how far the nodes moved, (n_nodes, 2), and the arms to them from the centroids."""
     moved, turned = np.empty((block.size, 2)), np.empty((block.size, 2))
     for k in range(block.size):
         b = block[k]

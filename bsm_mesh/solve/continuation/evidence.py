@@ -46,7 +46,7 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
 
 
 def _dilation_of(table: ContactSet) -> tuple[FloatArray, FloatArray]:
-    """Return the gaps (m,) [m] below which contacts bear pressure, dilation apart, and that, as in `Evidence`."""
+    """Return the gaps (m,) [m] below which contacts carry pressure, dilation apart, and that, as in `Evidence`."""
     dilating, closed_at, dilation = table.dilating, table.offset.copy(), np.zeros((table.count, 2))
     closed_at[dilating.rows] -= dilating.opening(table.slip_path)
     dilation[dilating.rows] = np.column_stack([dilating.slope, dilating.last])

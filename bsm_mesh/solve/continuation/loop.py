@@ -70,7 +70,7 @@ class Continuation:
     start : Start, optional
         Initial state; by default the given geometry, with contacts without forces.
     resumed : LoopState, optional
-        Where the same run was after one of its steps, to go on from there.
+        Where the same run was after one of its steps, to continue from there.
     accepted : callable
         Called between two steps, where `state` may be taken.
     route : Route

@@ -39,7 +39,7 @@ class ContinuationScheme:
     options : Options
         Tolerance, limits, linear solver.
     report : callable
-        Told what is being done, a few words each.
+        Called with a short text on progress.
     route : Route
         The way to equilibrium.
 
@@ -56,10 +56,10 @@ class ContinuationScheme:
     """
 
     in_rows = False
-    _velocity: FloatArray | None = None  # of blocks that go on after a fall, in the numbers of the whole
+    _velocity: FloatArray | None = None  # of blocks that continue after a fall, in the numbers of the whole
     _intact = True  # until the first solution
     _engine: Continuation | None = None  # while it solves
-    _resumed: LoopState | None = None  # of the solution that goes on
+    _resumed: LoopState | None = None  # of the solution that continues
     _shaken: ShakingMemory | None = None  # of a stage that is shaken, in the numbers of the whole
 
     def __init__(self, model: Model, options: Options, report: Reporter, route: Route = USUAL) -> None:
@@ -88,7 +88,7 @@ class ContinuationScheme:
         )
 
     def restore(self, state: ContinuationState) -> None:
-        """Go back to a state of the same run; `solve` then goes on where it was."""
+        """Go back to a state of the same run; `solve` then continues where it was."""
         self.moved, self._origin, self._velocity = state.moved.copy(), state.origin, state.velocity
         self.history, self.bolts = state.history, state.bolts.recalled(self.bolts)
         self._intact, self.linear_solver, self._resumed = state.intact, state.linear_solver, state.loop
@@ -113,7 +113,7 @@ class ContinuationScheme:
             self.history = self._mechanics.with_filled_blocks(*given)
 
     def install(self, number: int) -> None:
-        """Install the bolts of a stage as the blocks stand; their movement in the stage counts from there."""
+        """Install the bolts of a stage as the blocks are; their movement in the stage counts from there."""
         self.bolts = self.bolts.install(number, self.moved)
         self._origin, self._shaken = self.moved.copy(), None
 

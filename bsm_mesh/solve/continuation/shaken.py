@@ -42,7 +42,7 @@ class ShakenContinuation(Continuation):
     model, options, observer, start, resumed, accepted, route
         As of `Continuation`.
     shaking : Shaking
-        What is given.
+        The input.
     shaken : ShakingMemory, optional
         How far it was shaken before some of its blocks were taken away.
     """
@@ -119,13 +119,13 @@ class ShakenContinuation(Continuation):
         self._record(len(self.steps), residual, position, contacts, at, began, (NAME,), motion.memory.time)
 
     def _after_shaking(self, motion: ShakenMotion) -> Motion | None:
-        """Take over where a step of the shaking ended; return the final state where blocks have come down."""
+        """Take over where a step of the shaking ended; return the final state where blocks have fallen."""
         system, position, contacts = self.system, motion.residual.position, motion.contacts
         self.shaken, system.bolts = motion.memory, motion.system.bolts
         history, _ = system.commit(contacts, motion.residual.at, position)
         is_over = self.shaken.time >= self._shaking.length
         velocity = motion.settled_velocity / np.sqrt(GRAVITY)
-        # What is without contact may land again: only a block that has flown its own size has come down.
+        # What is without contact may land again: only a block that has flown its own size has fallen.
         collapse = self.collapse.check(contacts, motion.contacted, position, np.zeros_like(velocity), flight=1.0)
         if (is_over or collapse is not None) and (fault := self._imbalance()):
             return self._end(Status.NOT_CONVERGED, fault, contacts, position)

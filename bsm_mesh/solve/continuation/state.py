@@ -1,4 +1,4 @@
-"""What an accepted step hands to the next: with it a run goes on as if it had not been interrupted."""
+"""What an accepted step hands to the next: with it a run continues as if it had not been interrupted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class CollapseMemory:
     rest : (n, axes) float64 [m, rad]
         Position at the last equilibrium.
     sizes_moved : (n,) int64
-        Whole sizes that it has moved by.
+        Whole sizes that it moved by.
     speed : (n,) float64 [sqrt(m)]
         Its speed when that last grew.
     """
@@ -137,13 +137,13 @@ class ContinuationState:
     moved : (n, axes) float64 [m, rad]
         Displacement of every block where the loop began.
     history : History
-        Contact history there; none while a loop goes on, which has its own.
+        Contact history there; none while a loop continues, which has its own.
     bolts : BoltMemory
         Of the bolts there.
     origin : (n, axes) float64 [m, rad]
         Where the movement of the stage counts from.
     velocity : (n, axes) float64 or None
-        Of blocks that go on after a fall.
+        Of blocks that continue after a fall.
     intact : bool
         Whether nothing was solved yet.
     linear_solver : str

@@ -27,9 +27,9 @@ class CollapseSettings:
         Movement of a block without contact, over its size or the mean one, the larger, at which it is unstable. In one
         step a block may jump.
     runs : float
-        Sizes by which a block has moved that is no slower than a size before: it runs on.
+        Sizes by which a block moved that is no slower than a size before: it runs on.
     moves : float
-        Part of the largest movement since the last equilibrium; blocks that moved farther are named unstable.
+        Part of the largest movement since the last equilibrium; blocks that moved further are named unstable.
     inside : float
         Part of its area (in space: volume) with which a block lies inside others when its contacts are no longer found.
     """
@@ -52,7 +52,7 @@ class Collapse:
     reason : str
         In words.
     down : (k,) int32
-        Blocks that come down; empty where there is no verdict.
+        Blocks that fall; empty where there is no verdict.
     small : (k,) bool
         Which of them are too small to count.
     unstable : (l,) int32
@@ -121,7 +121,7 @@ class CollapseCriterion:
         velocity: FloatArray | None = None,
         flight: float = SETTINGS.free_move,
     ) -> Collapse | None:
-        """Return what has come down after an accepted step, or None.
+        """Return what has fallen after an accepted step, or None.
 
         `contacted`: contacts (m,) closed at its end, or during the step; `flight`: as `CollapseSettings.free_move`.
         """
@@ -140,12 +140,10 @@ class CollapseCriterion:
                 return Collapse(reason=sunk)
             return self._collapse("a block has lost all contact and moves freely", free, moves)
         if not self._followed and runs.any():
-            reason = (
-                f"a block has moved by more than {SETTINGS.runs:g} times its size and is as fast as one size before"
-            )
+            reason = f"a block moved by more than {SETTINGS.runs:g} times its size and is as fast as one size before"
             return self._collapse(reason, runs, moves)
         if (far := (moved > self.limit) & ~self.small).any():
-            return self._collapse(f"a block has moved more than {self.limit:.3g} m", far, moves)
+            return self._collapse(f"a block moved more than {self.limit:.3g} m", far, moves)
         if chips.any():
             number = np.flatnonzero(chips).astype(np.int32)
             small = np.ones(len(number), dtype=bool)
@@ -154,7 +152,7 @@ class CollapseCriterion:
         return None
 
     def _collapse(self, reason: str, down: BoolArray, moves: FloatArray) -> Collapse:
-        """Return a collapse: blocks that come down (n,), and those that move nearly as far (n,) since the last rest."""
+        """Return a collapse: unstable blocks (n,), and those that move nearly as far (n,) since the last rest."""
         unstable = down | (moves > SETTINGS.moves * moves.max())
         return Collapse(
             reason=reason,
@@ -164,7 +162,7 @@ class CollapseCriterion:
         )
 
     def _runs_on(self, moved: FloatArray, velocity: FloatArray | None) -> BoolArray:
-        """Return which blocks have moved several sizes (n,) [m] and are no slower than a size before, (n,)."""
+        """Return which blocks moved several sizes (n,) [m] and are no slower than a size before, (n,)."""
         speed = np.zeros(len(moved)) if velocity is None else distances(velocity)
         sizes = (moved / self.size).astype(int)
         passed = sizes > self.sizes_moved

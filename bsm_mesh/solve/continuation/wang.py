@@ -13,7 +13,7 @@ of L takes about ``L k_s / dP`` cycles. Six corrections, without which its verdi
 * forces follow from the positions by the total law, rotations are exact: no drift, blocks keep their size;
 * a cycle moves no block by more than a twentieth of its size, so that no contact is missed; a block that nothing
   holds moves on by that, and it is unstable by the rule of ``continuation`` rather than by a zero pivot;
-* a contact holds a block only once it has borne for `HOLDS` cycles in a row: corners that brush past in a fall do
+* a contact holds a block only once it has carried for `HOLDS` cycles in a row: corners that brush past in a fall do
   not (4.4.3: one corner on one edge does not hold a block that turns about it);
 * an equilibrium in which blocks balance on corners is not called stable.
 
@@ -39,7 +39,7 @@ from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.equations import StepEquations
 
 OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix: see above
-HOLDS = 3  # cycles in a row in which a contact has to bear before it holds a block
+HOLDS = 3  # cycles in a row in which a contact has to carry before it holds a block
 NAME = "Wang's iteration"
 
 
@@ -135,6 +135,6 @@ class WangIteration(Continuation):
     def _at_rest(self, contacts: ContactSet, position: FloatArray, at: Evaluation) -> Motion:
         step = StepEquations(self.system, self.factors, contacts, position, self.min_lam)
         if falling_mode(step, position, at, self.tolerance) is not None:
-            reason = "forces balance, but blocks stand on corners from which they would fall: not an answer"
+            reason = "forces balance, but blocks are on corners from which they would fall: not an answer"
             return self._end(Status.NOT_CONVERGED, reason, contacts, position)
         return self._end(Status.STABLE, "static equilibrium", contacts, position)

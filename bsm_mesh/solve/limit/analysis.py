@@ -70,7 +70,7 @@ class LimitAnalysis:
     bolt_force: FloatArray
 
     def __str__(self) -> str:
-        """Return what is proved, in words."""
+        """Return the proof, in words."""
         where = f"in {named_stage(self.stage)}"
         if not self.admissible:
             return f"inadmissible {where}: no forces within strength balance the loads; this geometry must move"
@@ -83,7 +83,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: s
     Parameters
     ----------
     model : Model
-        What is given; the contacts are those of the geometry as it is, of the blocks that are there in the stage.
+        The input; the contacts are those of the geometry as it is, of the blocks that are there in the stage.
     live : sequence of load, optional
         Loads that the factor multiplies, beside those of the model and its stages, which stay as they are. Without
         them the factor multiplies everything: weights and loads together.
@@ -93,8 +93,8 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: s
     Raises
     ------
     ModelError
-        If there is no such stage, or statics cannot tell what acts there; if there is no weight and no load, blocks
-        overlap, or the linear program cannot be solved.
+        If there is no such stage, or statics cannot determine what acts there; if there is no weight and no load,
+        blocks overlap, or the linear program cannot be solved.
 
     References
     ----------
@@ -122,7 +122,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: s
 
 
 def _analysed(model: Model, live: FloatArray | None) -> LimitAnalysis:
-    """Return what is said of a model without stages, with a factor on loads (n, 3), or on all of them."""
+    """Return the description of a model without stages, with a factor on loads (n, 3), or on all of them."""
     program, dead = LimitProgram(model), external_loads(model)
     if live is None:
         if not dead.any():
@@ -172,12 +172,12 @@ def _result(
 def limit_tilt(model: Model, *, stage: str | None = None, clockwise: bool = False, accuracy: float = 1e-6) -> float:
     """Return the greatest angle by which gravity may turn before a stage of the model is inadmissible [degrees].
 
-    Found by halving between 0 and 90 degrees; 0 where the model is inadmissible as it stands, 90 where it never is.
+    Found by halving between 0 and 90 degrees; 0 where the model is inadmissible as given, 90 where it never is.
 
     Parameters
     ----------
     model : Model
-        What is given. Its loads keep their directions, a ground surface its place; what an earthquake adds to gravity
+        The input. Its loads keep their directions, a ground surface its place; what an earthquake adds to gravity
         turns with it.
     stage : str, optional
         The stage in question, ``initial`` for the first; None: the last.

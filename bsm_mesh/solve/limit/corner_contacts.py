@@ -94,7 +94,7 @@ def _corners_at_one_node(blocks: Blocks, clusters: IntArray) -> tuple[IntArray, 
 def _lies_outside(blocks: Blocks, preceding: IntArray, corner: IntArray, edge: IntArray) -> BoolArray:
     """Return whether both edges at a corner (k,) lie outside an edge (k,) that ends there.
 
-    An edge in line with that edge, beyond its end, shares no length with it and bears nothing.
+    An edge in line with that edge, beyond its end, shares no length with it and carries nothing.
     """
     normal = _normals(blocks, edge)
     away = np.where(blocks.nodes[edge] == blocks.nodes[corner], 1.0, -1.0)[:, None] * blocks.edge_vectors[edge]

@@ -179,7 +179,8 @@ def _polished(z: FloatArray, slack: FloatArray, columns: csr_array, balances: in
     """Return multipliers near those of the interior point method, exact to rounding where that can be had.
 
     Those of bounds that are not met are 0. The others change by as little as makes them vanish in the columns. Which
-    bounds are met is told by multiplier and slack; where one was missed the columns do not vanish, and more are taken.
+    bounds are met follows from multiplier and slack; where one was missed the columns do not vanish, and more are
+    taken.
     """
     best, error = z, _error(z, columns, balances)
     for share in 10.0 ** -np.arange(TENTHS):

@@ -1,4 +1,4 @@
-"""Faces that are parallel to the rounding of their coordinates made so: limit analysis tells a wedge from a plane.
+"""Faces that are parallel within rounding made parallel: limit analysis distinguishes a wedge from a plane.
 
 Between two faces that are not parallel by a hair a block wedges, under a force that is as great as the hair is thin.
 Coordinates of a map leave a nanometre to a double, and a mechanism that closes a contact by so little is no proof.

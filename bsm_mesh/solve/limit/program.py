@@ -23,7 +23,7 @@ from bsm_mesh.solve.limit.parallel_faces import with_parallel_faces
 from bsm_mesh.solve.limit.strength import Strength
 
 NOTHING = 1e-8  # over loads on blocks: a smaller shortfall is none; programs are solved to 1e-10
-HARDLY = 1e-6  # of the loads: where less is borne nothing is
+HARDLY = 1e-6  # of the loads: where less is carried nothing is
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,7 +90,7 @@ class LimitProgram:
     Parameters
     ----------
     model : Model
-        What is given, with contact points at the ends of faces; bolts that name a stage are not there.
+        The input, with contact points at the ends of faces; bolts that name a stage are not there.
     """
 
     def __init__(self, model: Model) -> None:
@@ -123,7 +123,7 @@ class LimitProgram:
         return self.shortfall(loads, bounded, bound, _any(bounded[:, : 2 * self.contacts.count]))
 
     def collapse(self, loads: FloatArray, balance: Shortfall) -> Optimum:
-        """Return the part of loads that is borne, and the mechanism, where `balance` does not stand.
+        """Return the part of loads that is carried, and the mechanism, where `balance` does not stand.
 
         Where hardly any part is, forces have no room, in which the greatest would be sought.
         """

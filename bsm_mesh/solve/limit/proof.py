@@ -7,7 +7,7 @@ sum no forces within strength are in equilibrium with the loads, whatever the fl
 the linear program gives such a v; that v is right takes sums to see, and no linear program.
 
 A velocity is exact to rounding only. A contact that it closes by rounding would take up much under an enormous
-pressure. So what is proved is: no forces below a bound balance the loads, and the bound is enormous.
+pressure. So the proof is: no forces below a bound balance the loads, and the bound is enormous.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from bsm_mesh.solve.limit.corner_contacts import with_corner_contacts
 from bsm_mesh.solve.limit.program import LimitProgram
 
 MAX_BLOCKS = 2000  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
-LAYERS = 2  # of neighbours that may move with the blocks that come down
+LAYERS = 2  # of neighbours that may move with the unstable blocks
 FEASIBLE = "no proof: forces within strength exist that balance the loads, which proves nothing"
 
 
 def prove(model: Model, down: IntArray) -> Proof:
     """Return the proof that no forces within strength balance a model's loads where its blocks were given, or why not.
 
-    It is looked for among the blocks that come down and their neighbours first: where these cannot be at rest with all
+    It is looked for among the unstable blocks and their neighbours first: where these cannot be at rest with all
     others fixed, they cannot be with others that may give way.
 
     Parameters
@@ -45,7 +45,7 @@ def prove(model: Model, down: IntArray) -> Proof:
     model : Model
         What is there, without stages.
     down : (k,) int32
-        Blocks that come down.
+        Blocks that fall.
     """
     model = model.replace(contact_points="ends")
     try:
@@ -60,12 +60,14 @@ def prove(model: Model, down: IntArray) -> Proof:
 
 
 def _in_vain(part: SubModel | None, model: Model) -> str:
-    sought = "no proof was sought" if part is None else "no proof was found among what comes down and its neighbours"
+    sought = (
+        "no proof was sought" if part is None else "no proof was found among every unstable block and its neighbours"
+    )
     return f"{sought}, and the model, of {model.blocks.count} blocks, is too large for one of the whole in a run"
 
 
 def _around(model: Model, contacts: ContactTable, down: IntArray) -> SubModel | None:
-    """Return blocks that come down with layers of neighbours, the last fixed; None where that is too much, or all."""
+    """Return unstable blocks with layers of neighbours, the last fixed; None where that is too much, or all."""
     near = np.zeros(model.blocks.count, dtype=bool)
     near[down] = True
     layers = [near]
@@ -94,7 +96,7 @@ def _proof_of(model: Model) -> Proof:
         return Proof(text=FEASIBLE)
     optimum = program.collapse(loads, balance)
     text = (
-        "no forces within strength balance the loads where the blocks were given: they bear at most "
+        "no forces within strength balance the loads where the blocks were given: they carry at most "
         f"{optimum.factor + 0.0:.6g} times the loads; the blocks must move"
     )
     return Proof(text=text, witness=witness_of(model, program, loads, optimum.velocity, optimum.slip))

@@ -17,7 +17,7 @@ from bsm_mesh.solve.bolts.dowels import Dowels
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Strength:
-    """What contacts and bolts bear at most, over the bolts' spacing; infinite: no bound.
+    """What contacts and bolts carry at most, over the bolts' spacing; infinite: no bound.
 
     Attributes
     ----------

@@ -31,11 +31,11 @@ from bsm_mesh.solve.stages.as_built import in_stage
 
 MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
 ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
-STRIDE = 8.0  # from the side that is known where nothing tells how far
-FARTHER, NEAR = 1.5, 1e-3  # steps to a side where nothing is known yet go farther, unless they are so short
+STRIDE = 8.0  # from the side that is known where nothing describes how far
+FARTHER, NEAR = 1.5, 1e-3  # steps to a side where nothing is known yet go further, unless they are so short
 HALVING = 6  # every so many programs the middle is asked, in case Newton's method creeps
 MARGINS = 1e-4, 1e-3  # beyond the factor, where rounding spoils a proof at ACCURACY
-ENORMOUS = 1e6  # times all loads together: forces that no rock bears
+ENORMOUS = 1e6  # times all loads together: forces that no rock carries
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ class StrengthLimit:
     seconds: float
 
     def __str__(self) -> str:
-        """Return what is proved, in words."""
+        """Return the proof, in words."""
         return f"in {named_stage(self.stage)}: {self.proof.text}"
 
 
@@ -108,7 +108,7 @@ def strength_limit(
     Parameters
     ----------
     model : Model
-        What is given; the contacts are those of the geometry as it is, of the blocks that are there in the stage.
+        The input; the contacts are those of the geometry as it is, of the blocks that are there in the stage.
     joints : sequence of str, optional
         Names of the joints whose strength is divided; all by default.
     rocks : bool
@@ -121,8 +121,8 @@ def strength_limit(
     Raises
     ------
     ModelError
-        If there is no such stage, or statics cannot tell what acts there; if there is no weight and no load, nothing
-        has a strength that could be divided, blocks overlap, or a linear program cannot be solved.
+        If there is no such stage, or statics cannot determine what acts there; if there is no weight and no load,
+        nothing has a strength that could be divided, blocks overlap, or a linear program cannot be solved.
     """
     began = time.perf_counter()
     rules = Rules("limit analysis")

@@ -27,7 +27,7 @@ def closure_faults(system: LinearSystem, options: Options) -> list[str]:
     Parameters
     ----------
     system : LinearSystem
-        The model where nothing has moved, with the contact forces there.
+        The model where nothing moved, with the contact forces there.
     options : Options
         The linear scheme adds movements up and rounds nothing by the blocks' size; to it nothing is too stiff.
     """

@@ -102,7 +102,7 @@ def solver_faults(options: Options) -> tuple[str, ...]:
 
 
 def _borne_at_start(model: Model, contacts: ContactTable) -> tuple[FloatArray, FloatArray]:
-    """Return the contact forces where nothing has moved, normal and shear, (m,) each [N/m]."""
+    """Return the contact forces where nothing moved, normal and shear, (m,) each [N/m]."""
     if model.in_situ is None or model.in_situ.method != "direct":
         return np.zeros(contacts.count), np.zeros(contacts.count)
     return in_situ_contacts(model, contacts)

@@ -47,7 +47,7 @@ class LinearScheme:
     options : Options
         Linear solver and threads.
     report : callable
-        Told what is being done, a few words each.
+        Called with a short text on progress.
     contacts : ContactTable
         Those of the blocks as they are given.
 
@@ -169,7 +169,7 @@ class LinearScheme:
             solution.normal_force,
             solution.shear_force,
             what="forces are",
-            meaning="here nothing slips or opens; scheme = 'continuation' says whether it stands",
+            meaning="here nothing slips or opens; scheme = 'continuation' says whether it is stable",
         )
         outcome = replace(outcome, stage=replace(outcome.stage, notes=notes))
         observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
@@ -236,7 +236,7 @@ def _outcome(
     unsolved: tuple[list[FreePart], str],
     began: float,
 ) -> Outcome:
-    """Return what came out; `unsolved`: the parts that are free to move, or why there is no solution."""
+    """Return the result; `unsolved`: the parts that are free to move, or why there is no solution."""
     free, spoilt = unsolved
     model, constraints = system.model, system.constraints
     blocks, bars = model.blocks, constraints.bars

@@ -1,7 +1,7 @@
 """The equilibrium near the start of a stage: regularised Newton, with contacts updated to where it leads.
 
 Contacts change with the movement: corners pass edges' ends, shared lengths grow and shrink. So they are searched again
-where Newton's method ended, and it goes on from there, until an update changes nothing any more. Nothing is committed
+where Newton's method ended, and it continues from there, until an update changes nothing any more. Nothing is committed
 in between: what slides still remembers where it began to.
 """
 
@@ -54,7 +54,7 @@ class NearbyEquilibrium:
         return at.velocity is None
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
-        """Return the equilibrium, or the last state before contacts were updated in vain."""
+        """Return the equilibrium, or the last state before contacts were updated without success."""
         step, inner = equations, goal.max_residual
         if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either

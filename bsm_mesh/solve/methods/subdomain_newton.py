@@ -1,6 +1,6 @@
 """Newton's corrections of a subdomain alone: the blocks with the largest residual and those near them, others fixed.
 
-After an excavation in a large model the residual is that of few blocks, and hardly felt farther away. A global
+After an excavation in a large model the residual is that of few blocks, and hardly felt further away. A global
 correction would be much the same at ten times the cost.
 """
 

@@ -1,1 +1,1 @@
-"""Stages one after the other: what is taken away, placed and loaded, and what comes down."""
+"""Stages one after the other: what is taken away, placed and loaded, and every unstable block."""

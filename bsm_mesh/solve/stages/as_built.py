@@ -1,4 +1,4 @@
-"""A model as it stands in its last stage, without the stages before: what limit analysis is asked about."""
+"""A model as it is in its last stage, without the stages before: what limit analysis is asked about."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ def as_built(model: Model) -> SubModel:
     Raises
     ------
     ModelError
-        If statics alone cannot tell what acts there: part of the excavation forces is held, bolts are cut.
+        If statics alone cannot determine what acts there: part of the excavation forces is held, bolts are cut.
     """
     refuse_space(model.blocks, "limit analysis")
     if model.stages and model.stages[-1].relaxation[-1] < 1:
         raise ModelError(
-            f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot tell; "
+            f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot determine; "
             "ask about another stage"
         )
     if model.flow is not None:
         raise ModelError(
-            "water flows in the joints, whose apertures and pressures statics cannot tell; give [water] instead of "
+            "water flows in the joints, whose apertures and pressures statics cannot determine; give [water] for "
             "[flow], or run the model"
         )
     here = presence(model.stages, model.blocks)
@@ -60,7 +60,7 @@ def in_stage(model: Model, stage: str | None) -> tuple[str, SubModel]:
     Raises
     ------
     ModelError
-        If there is no such stage, or statics cannot tell what acts there.
+        If there is no such stage, or statics cannot determine what acts there.
     """
     number = resting_stage(model, stage, "limit analysis")
     model = model_up_to(model, number)

@@ -1,4 +1,4 @@
-"""A checkpoint of a run: with it, and the results of finished stages, a run goes on as if it had never ended."""
+"""A checkpoint of a run: with it, and the results of finished stages, a run continues as if it had never ended."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class StageProgress:
     steps : tuple of StepRecord
         Its steps so far.
     fallen : tuple of Fall
-        Blocks that came down in it and were taken away.
+        Blocks that fell in it and were taken away.
     start_residual : float or None
         Before its first step; None in its first part.
     notes : tuple of str
@@ -64,9 +64,9 @@ class Checkpoint:
     unreleased : tuple of (PointForces, float)
         Excavation forces, and the part of each that is released.
     fallen : tuple of int
-        Blocks that came down and were taken away.
+        Blocks that fell and were taken away.
     flow : FlowState or None
-        Where flow and blocks stand.
+        Where flow and blocks are stable.
     """
 
     finished: int
@@ -87,12 +87,12 @@ Keep: TypeAlias = Callable[[Callable[[], Checkpoint], bool], None]
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Resumption:
-    """Where a run goes on and where it ends, and what keeps its checkpoints.
+    """Where a run continues and where it ends, and what keeps its checkpoints.
 
     Attributes
     ----------
     begun : Checkpoint or None
-        Where it goes on; None: it begins at the start.
+        Where it continues; None: it begins at the start.
     stages : tuple of StageResult
         Results of the stages that were finished there.
     keep : callable

@@ -1,4 +1,4 @@
-"""Contacts whose pressure would crush the walls of their joint: told, not limited."""
+"""Contacts whose pressure would crush the walls of their joint: reported, not limited."""
 
 from __future__ import annotations
 

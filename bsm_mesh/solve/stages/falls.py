@@ -1,4 +1,4 @@
-"""What is done with blocks that come down: the run ends, or they are taken away and the others go on."""
+"""The treatment of unstable blocks: the run ends, or they are taken away and the others continue."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bsm_mesh.results.records import StageResult, Status
 def falls_of(
     model: Model, block: IntArray, small: BoolArray, stage: StageResult, moved: FloatArray
 ) -> tuple[Fall, ...]:
-    """Return the records of blocks (k,) that come down at the end of a stage so far.
+    """Return the records of blocks (k,) that fall at the end of a stage so far.
 
     `small` (k,) are those that are too small to count, `moved` (n, 3) is the displacement since blocks were given.
     """

@@ -17,7 +17,7 @@ from bsm_mesh.results.records import StageResult, StepRecord
 
 Reporter = Callable[[str], None]
 Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
-Prover = Callable[[Model, IntArray], Proof]  # whether it can be at rest as given; blocks that come down
+Prover = Callable[[Model, IntArray], Proof]  # whether it can be at rest as given; unstable blocks
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
 Recording = Callable[[Callable[[], StageResult]], tuple[float, ...]]  # values of the histories as a stage stands
 Finished = Callable[[tuple[StageResult, ...]], None]
@@ -27,7 +27,7 @@ Finished = Callable[[tuple[StageResult, ...]], None]
 class Outcome:
     """The result of a stage in the numbers of its submodel, and the forces in its bars.
 
-    `down` (k,) are the blocks that come down, and `small` (k,) which of them are too small to count.
+    `down` (k,) are the unstable blocks, and `small` (k,) which of them are too small to count.
     """
 
     stage: StageResult
@@ -50,7 +50,7 @@ class Scheme(Protocol):
         """What it carries from stage to stage, and from step to step while it solves one: a dataclass."""
 
     def restore(self, state: Any) -> None:
-        """Go back to a state of the same run; `solve` then goes on where it was."""
+        """Go back to a state of the same run; `solve` then continues where it was."""
 
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field; return notes on it."""

@@ -46,9 +46,9 @@ def solve_stages(
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
     A stage that a scheme calls stable is so only where `check` finds nothing against it. `prove` is asked about the
-    start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says what is done with
-    blocks that come down. `notes` belong to the first. `resumption` says where the run goes on, if it was interrupted,
-    and where it ends. `record` measures the histories at every step. `flow` is that in the joints, if any.
+    start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says the
+    treatment of unstable blocks. `notes` belong to the first. `resumption` says where the run continues, if it was
+    interrupted, and where it ends. `record` measures the histories at every step. `flow` is that in the joints, if any.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def solve_stages(
         name, parts = (INITIAL, (1.0,)) if stage is None else (stage.name, stage.relaxation)
         progress = begun.stage if begun is not None and begun.finished == number else None
         if progress is not None:
-            report(f"{named_stage(name)} goes on after {counted(len(progress.steps), 'step')}")
+            report(f"{named_stage(name)} continues after {counted(len(progress.steps), 'step')}")
         elif stage is not None:
             report(named_stage(name))
             now = here[number].copy()

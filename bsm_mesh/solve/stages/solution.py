@@ -1,4 +1,4 @@
-"""The solution of one stage: its parts one after the other, and again without what comes down."""
+"""The solution of one stage: its parts one after the other, and again without every unstable block."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Analysis:
     check : callable
         Says what speaks against a stage at rest.
     prove : callable
-        Says whether forces within strength balance the loads of a model, of which some blocks come down.
+        Says whether forces within strength balance the loads of a model, of which some blocks fall.
     falls : Falls
-        What is done with blocks that come down.
+        The treatment of unstable blocks.
     keep : callable
         Gets a checkpoint after every step.
     record : callable
@@ -122,7 +122,7 @@ class StageState:
         self.unreleased_forces = [(forces, released) for forces, released in self.unreleased_forces if released < 1]
 
     def take_away(self, down: IntArray) -> None:
-        """Take blocks (k,) away that came down: nothing holds them, and they hold nothing."""
+        """Take blocks (k,) away that fell: nothing holds them, and they hold nothing."""
         self.fallen.extend(down.tolist())
         self.present = self.present.copy()
         self.present[down] = False
@@ -199,7 +199,7 @@ class StageSolution:
     def _ended(self, part: SubModel, outcome: Outcome) -> StageResult | None:
         """Return where blocks ended under the forces that act now; None where they are to be solved for again.
 
-        So they are without those that come down and are taken away, and under the water that flows as they lie.
+        So they are without those that fall and are taken away, and under the water that flows as they lie.
         """
         run, state = self._run, self._state
         state.bar_forces[part.bar] = outcome.bar_forces
@@ -236,7 +236,7 @@ class StageSolution:
         run, state, number = self._run, self._state, self._number
         if run.flow is None or state.flow is None:
             return stage, True
-        if not stage.status.is_at_rest:  # joints between blocks that come down are no network
+        if not stage.status.is_at_rest:  # joints between unstable blocks are no network
             return replace(stage, flow=run.flow.result(state.flow, number, state.present)), True
         in_rows = run.scheme.in_rows
         try:
@@ -254,7 +254,7 @@ class StageSolution:
         reason = (
             f"flow and blocks do not settle: after {counted(found.rounds, 'turn')} pressures still change by "
             f"{found.change:.2g} of the greatest (asked: {asked:.2g}); where changes become less, give [flow] a larger "
-            "max_rounds, or a tolerance you can bear; where not, change levels in smaller stages"
+            "max_rounds, or a larger tolerance; where not, change levels in smaller stages"
         )
         return replace(stage, status=Status.NOT_CONVERGED, reason=reason), True
 
@@ -275,7 +275,7 @@ class StageSolution:
         self._run.keep(make, False)
 
     def _proof(self, down: IntArray) -> Proof:
-        """Return what limit analysis says of the blocks that are there, of which some (k,) come down."""
+        """Return what limit analysis says of the blocks that are there, of which some (k,) fall."""
         run, state = self._run, self._state
         bolts = run.model.bolts
         if self._number and run.model.stages[self._number - 1].shaking is not None:
@@ -284,7 +284,7 @@ class StageSolution:
             return Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
         moved = float(distances(self._began_at[state.present]).max(initial=0.0))
         if moved > CONTACT_TOLERANCE * run.model.blocks.moments.median_size:
-            return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
+            return Proof(text=f"no proof was sought: blocks moved by {moved:.3g} m before")
         part = self._submodel()
         there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
         proof = run.prove(there, np.searchsorted(part.block, down).astype(np.int32))
@@ -333,7 +333,7 @@ def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
     notes = []
     if large.size:
         notes.append(
-            f"before it came to rest, {counted(large.size, 'block')} moved by more than a tenth of its size, up to "
+            f"before it reached rest, {counted(large.size, 'block')} moved by more than a tenth of its size, up to "
             f"{moved[large].max():.3g} m: {numbered('block', large)}; where that is a failure, give a smaller "
             "displacement_limit"
         )

@@ -160,7 +160,7 @@ class BlockSystem(System):
         return worn(contacts, at)
 
     def mean_contact_force(self, at: Evaluation) -> float:
-        """Return the mean force of the contacts that bear [N/m]."""
+        """Return the mean force of the contacts that carry [N/m]."""
         return mean_force(at.pressure[at.closed], at.shear[at.closed])
 
     def stiffness_sums(self, contacts: ContactSet, at: Evaluation) -> tuple[float, float]:

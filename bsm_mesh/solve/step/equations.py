@@ -153,8 +153,8 @@ class StepEquations:
     def elastic_position(self) -> FloatArray:
         """The elastic solution of the step: every contact within tolerance closed and sticking, (n, axes).
 
-        No line search: the laws may be far from satisfied there. It is kept: where one method begins with it in vain,
-        the next may begin with it too.
+        No line search: the laws may be far from satisfied there. It is kept: where one method begins with it without
+        success, the next may begin with it too.
         """
         at = self.evaluate(self.start)
         forces = self.residual(self.start, at.forces)
@@ -181,7 +181,7 @@ class StepEquations:
         return self.system.max_relative_movement(self.contacts, movement)
 
     def _is_within_band(self, movement: FloatArray) -> bool:
-        """Return whether neighbours hardly move apart, and blocks that have none no farther than in any step."""
+        """Return whether neighbours hardly move apart, and blocks that have none no more than in any step."""
         candidates, alone = self.contacts.candidates, np.ones((len(movement), 1), dtype=bool)
         alone[candidates.block_a] = alone[candidates.block_b] = False
         if self.movement(movement * alone) > MAX_MOVEMENT * self.system.d:

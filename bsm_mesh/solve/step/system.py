@@ -164,7 +164,7 @@ class System(ABC):
 
     @abstractmethod
     def mean_contact_force(self, at: Evaluation) -> float:
-        """Return the mean force of the contacts that bear [N/m]."""
+        """Return the mean force of the contacts that carry [N/m]."""
 
     @abstractmethod
     def stiffness_sums(self, contacts: Contacts, at: Evaluation) -> tuple[float, float]:

@@ -43,7 +43,7 @@ class Apart:
     Attributes
     ----------
     model : Model
-        What is given.
+        The input.
     mesh, basis
         The cells, and the basis of the vector-valued element on them.
     facets : (k, 2) int32

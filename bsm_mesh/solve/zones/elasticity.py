@@ -99,7 +99,7 @@ def nominal_constants(model: Model) -> BlockElasticity:
 
 
 def rigid_stiffness(model: Model) -> FloatArray:
-    """Return the stiffness (3, 3) [Pa] that stands for rigid rock.
+    """Return the stiffness (3, 3) [Pa] that represents rigid rock.
 
     Its modulus is `RIGID`, or more where that would not be much beside joints on blocks of their size.
     """

@@ -9,7 +9,7 @@ Where many points of joints slip or part at once Newton is helped in four ways:
 * A part of the joints' elastic stiffness is added to the tangent while corrections have to be shortened; the residual
   stays exact.
 * If that leads nowhere, friction is frozen at the pressures reached, the convex problem that this leaves is solved, and
-  Newton goes on.
+  Newton continues.
 
 References
 ----------
@@ -85,7 +85,7 @@ class Equations:
     size: float
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
-        """Return what is out of balance at displacements u (N,)."""
+        """Return the unbalanced force at displacements u (N,)."""
         internal, state = self.stiffness @ u, None
         if self.joints is not None and self.history is not None:
             state = self.joints.evaluate(u, self.history, friction_at)
@@ -149,7 +149,7 @@ class Equations:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Iterate:
-    """A displacement, the state of the joints there, and what is out of balance.
+    """A displacement, the state of the joints there, and the unbalanced force.
 
     Attributes
     ----------

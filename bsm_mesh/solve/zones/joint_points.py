@@ -1,6 +1,6 @@
 """Joints of the continuum at points of their own: opening, slip, and the forces of the model's own joint laws.
 
-Each point stands for a length; its normal and shear force follow the joint's stiffness, its law and its tensile
+Each point represents a length; its normal and shear force follow the joint's stiffness, its law and its tensile
 strength as a contact's of the Block-Spring Model do. `placed_points` says where they are.
 """
 
@@ -33,7 +33,7 @@ class JointPoints:
     point, normal : (q, 2) float64
         Where they are [m], and the unit normal out of the first side.
     length : (q,) float64 [m]
-        That each stands for.
+        That each represents.
     joint : (q,) int32
         Number of the joint in ``model.joints``, behind them that of a face of rock (`rock_faces`).
     block : (q, 2 sides) int32

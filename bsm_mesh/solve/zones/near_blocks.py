@@ -1,4 +1,4 @@
-"""The continuum where the blocks came to rest: a second start, where joints that break leave several equilibria."""
+"""The continuum where the blocks reached rest: a second start, where joints that break leave several equilibria."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Outlines:
 
 
 def refined_outlines(blocks: Blocks, node: IntArray) -> Outlines:
-    """Return the outlines with every corner that stands on an edge inserted into that edge."""
+    """Return the outlines with every corner that is on an edge inserted into that edge."""
     faces = find_faces(blocks)
     after_a, after_b = blocks.following[faces.edge_a], blocks.following[faces.edge_b]
     start_of_a, end_of_a = faces.start_corner_of_a, faces.end_corner_of_a

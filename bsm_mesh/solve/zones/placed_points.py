@@ -34,7 +34,7 @@ Rule = tuple[FloatArray, FloatArray]
 ENDS: Rule = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
 GAUSS: Rule = (np.array([[0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5]]), np.array([0.5, 0.5]))
 SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
-TIED = 1e4  # of the rock's stiffness over the length of a point: stands for rock that is whole
+TIED = 1e4  # of the rock's stiffness over the length of a point: represents rock that is whole
 
 
 def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:

@@ -18,7 +18,7 @@ class ContinuumSolution:
     name : str
         Of the stage; the first is ``initial``.
     converged : bool
-        Whether equilibrium was found and no block moved farther than its own size. It always is without joints that
+        Whether equilibrium was found and no block moved more than its own size. It always is without joints that
         slip or open. Small displacements hold for far less: `compare` looks at that.
     elasticity : str
         Elastic constants: the rock's E and Poisson's ratio, or those of the continuum to which the

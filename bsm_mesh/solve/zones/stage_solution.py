@@ -1,4 +1,4 @@
-"""What comes out of a stage of the continuum: averages over blocks, and forces at the points of joints."""
+"""The result of a stage of the continuum: averages over blocks, and forces at the points of joints."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ from bsm_mesh.solve.zones.supports import held_displacements
 from bsm_mesh.solve.zones.system import FreeUnknowns, refuse_free_motion
 from bsm_mesh.solve.zones.tangents import Tangents
 
-PARTS = 4  # of what is out of balance, one after the other, where all at once leads nowhere
+PARTS = 4  # of the unbalanced force, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
 WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
 
@@ -69,7 +69,7 @@ class _State:
     fills: tuple[Fill, ...] = ()
 
     def held_back(self, part: float) -> FloatArray:
-        """Return what is left of excavation forces once a part is released; forget what is released whole."""
+        """Return the rest of excavation forces once a part is released; forget what is released whole."""
         self.unreleased = [(forces, max(released, part)) for forces, released in self.unreleased]
         self.unreleased = [(forces, released) for forces, released in self.unreleased if released < 1]
         return sum(((1 - released) * forces for forces, released in self.unreleased), np.zeros_like(self.u))
@@ -289,7 +289,7 @@ class _Run:
         )
 
     def _reached(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium, sought at once and, where that fails, in parts of what is out of balance."""
+        """Return equilibrium, sought at once and, where that fails, in parts of the unbalanced force."""
         u = self.state.u
         first = self._settled(equations)
         if first[2]:
@@ -305,7 +305,7 @@ class _Run:
         return now, at, True
 
     def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it.
+        """Return equilibrium once no more points of joints fail or wear, and the equations with the kept part of it.
 
         Where failing takes force away the others take it over from where they are then, as blocks do from step to step.
         """
