@@ -32,6 +32,8 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     """Return results with where other routes lead (`Results.spread`): other methods first, loads in parts.
 
     Of a model with shaken stages these are a half and a quarter of the time step, and the record turned over.
+    Where dynamic relaxation was tried it is repeated with half the damping. Verdicts that differ mean that the model is
+    near its limit.
 
     Parameters
     ----------
@@ -73,7 +75,9 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     if model is None or options is None:
         raise ModelError("spread: these results were read back, without their model; give what bsm.run returned")
     refuse_one_route(options, model)
-    runs = _other_shakings(model) or [(route.name, _in_parts(model, route.parts), route) for route in OTHERS]
+    tried = {name for stage in results.stages for step in stage.steps for name in (step.method, *step.tried)}
+    routes = [route for route in OTHERS if not route.repeats or route.repeats in tried]
+    runs = _other_shakings(model) or [(route.name, _in_parts(model, route.parts), route) for route in routes]
     ends = [route_end(USUAL.name, results, results)]
     for name, other, route in runs:
         report(f"spread: {name}")

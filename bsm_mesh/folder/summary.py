@@ -24,6 +24,7 @@ from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.results.results import Results
+from bsm_mesh.results.spread import is_near_limit
 from bsm_mesh.results.stress import extreme_stresses
 from bsm_mesh.version import __version__
 
@@ -74,8 +75,14 @@ def summary(results: Results) -> dict[str, Any]:
         "default_joint": results.default_joint,
         "stages": [_stage_summary(results, stage) for stage in results.stages],
         **({"histories": [asdict(one) for one in results.recorded]} if results.recorded else {}),
-        **({"spread": [asdict(end) for end in results.spread]} if results.spread else {}),
+        **_spread_summary(results),
     }
+
+
+def _spread_summary(results: Results) -> dict[str, Any]:
+    if not results.spread:
+        return {}
+    return {"spread": [asdict(end) for end in results.spread], "near_limit": is_near_limit(results.spread)}
 
 
 def versions() -> dict[str, str]:

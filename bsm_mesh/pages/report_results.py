@@ -25,12 +25,21 @@ from bsm_mesh.reading import refuse_special
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
+from bsm_mesh.results.spread import spread_text
 from bsm_mesh.text.beside_tables import HEADER as BESIDE_HEADER
 from bsm_mesh.text.beside_tables import beside_rows
 from bsm_mesh.text.flow_text import flow_rows
 from bsm_mesh.text.headings import PICTURES_FOLDER, heading
 from bsm_mesh.text.quality import Thresholds, poor_blocks
-from bsm_mesh.text.tables import describe, engineering, fall_header, fall_rows, residual_text
+from bsm_mesh.text.tables import (
+    SPREAD_HEADER,
+    describe,
+    engineering,
+    fall_header,
+    fall_rows,
+    residual_text,
+    spread_rows,
+)
 
 ASSUMPTIONS = (
     "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
@@ -68,6 +77,9 @@ def content_of(out: Path) -> dict[str, Any]:
         "falls": fall_rows(results),
         "beside_header": BESIDE_HEADER,
         "beside": beside_rows(results),
+        "spread_header": SPREAD_HEADER,
+        "spread": spread_rows(results.spread),
+        "spread_text": spread_text(results.spread) if results.spread else "",
         "facts": _facts(results),
         "assumptions": ASSUMPTIONS,
         "input": _input(model),

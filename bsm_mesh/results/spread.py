@@ -67,14 +67,19 @@ def route_end(route: str, results: Results, usual: Results, *, same_loads: bool 
     )
 
 
+def is_near_limit(ends: tuple[RouteEnd, ...]) -> bool:
+    """Return whether routes lead to different verdicts: the model is near its limit, and neither verdict is certain."""
+    return len({end.status for end in ends}) > 1
+
+
 def spread_text(ends: tuple[RouteEnd, ...]) -> str:
     """Return what several routes say together, in words; the first is the usual one."""
     differ = [end for end in ends[1:] if end.status is not ends[0].status]
     known = [end for end in ends[1:] if end.difference is not None]
     told = []
-    if differ:
+    if is_near_limit(ends):
         verdicts = ", ".join(f"{end.status.value} ({end.route})" for end in (ends[0], *differ))
-        told.append(f"the verdict depends on the route: {verdicts}")
+        told.append(f"near its limit: the verdict depends on the route: {verdicts}")
     else:
         told.append(f"{len(ends)} routes, one verdict")
     if known:

@@ -22,7 +22,8 @@ def heading(told: Mapping[str, Any], state: str = "") -> str:
     at = f"{named_stage(stage['name'])}, " if len(told["stages"]) > 1 or unfinished else ""
     rest = ", of an unfinished run" if unfinished else ""
     verdict = stage.get("verdict") or stage["status"]  # the latter in folders of before
-    return f"{told['title'] or 'bsm-mesh'}: {at}{state or verdict.replace('_', ' ')}{rest}"
+    near = ", near its limit" if told.get("near_limit") and not state else ""
+    return f"{told['title'] or 'bsm-mesh'}: {at}{state or verdict.replace('_', ' ')}{near}{rest}"
 
 
 def stage_heading(results: Results, number: int, state: str = "") -> str:

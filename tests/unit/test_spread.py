@@ -1,14 +1,18 @@
 """Spread: several routes to an equilibrium, and by how much they differ; the verdict stays that of the usual one."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
+from bsm_mesh.folder.summary import summary
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.spread import RouteEnd, spread_text
+from bsm_mesh.text.headings import heading
+from tests.scenes.large import jointed_slope
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.small_case import LINEAR, MODEL
@@ -37,6 +41,22 @@ def test_routes_to_one_equilibrium_differ_by_rounding():
     assert [one.route for one in ends] == ["usual", "relaxation first", "four parts"]
     assert {one.status for one in ends} == {Status.STABLE}
     assert max(one.difference for one in ends) < 1e-3 * results.stages[0].max_displacement
+
+
+def test_relaxation_is_repeated_with_half_the_damping():
+    """Where relaxation decided, and nowhere else; the other damping rounds otherwise and leads near, not there."""
+    slope = bsm.spread(bsm.run(jointed_slope(150, 36.0).model(1.0))).spread
+    assert [one.route for one in slope][2:] == ["four parts", "half the damping"]
+    assert slope[-1].status is Status.STABLE
+    assert 0 < slope[-1].difference < 0.1 * slope[0].max_displacement
+
+
+def test_different_verdicts_are_near_the_limit():
+    results = bsm.run(on_incline(35.0))
+    for other, near in ((Status.STABLE, False), (Status.UNSTABLE, True)):
+        told = summary(replace(results, spread=(end("usual", Status.STABLE, 0.0, 0), end("half the damping", other))))
+        assert told["near_limit"] is near
+        assert ("near its limit" in heading(told)) is near
 
 
 def test_blocks_that_come_down_have_no_difference():
@@ -68,7 +88,7 @@ def test_what_has_no_other_routes_is_told(tmp_path):
     ("others", "words"),
     [
         ([end("b", Status.STABLE, 0.5, 7)], "2 routes, one verdict; equilibria differ by up to 0.5 m (block 7, b)"),
-        ([end("b", Status.UNSTABLE)], "the verdict depends on the route: stable (usual), unstable (b)"),
+        ([end("b", Status.UNSTABLE)], "near its limit: the verdict depends on the route: stable (usual), unstable (b)"),
     ],
 )
 def test_words(others, words):

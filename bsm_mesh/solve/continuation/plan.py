@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.methods.newton import ExactNewton, RegularizedNewton
 from bsm_mesh.solve.motion.following import FollowMotion
-from bsm_mesh.solve.motion.relaxation import RelaxToRest
+from bsm_mesh.solve.motion.relaxation import LIGHTEST, RelaxToRest
 from bsm_mesh.solve.step.attempt import Method
 
 
@@ -43,17 +43,21 @@ class Route:
     parts : tuple of float
         Of weights, loads and water in the first stage, rising to 1. Where there is in-situ stress they act from the
         start.
+    repeats : str
+        A method: the route is another only where the usual one tries it. Empty: always.
     """
 
     name: str
     first: Mapping[Phase, tuple[Method, ...]] = field(default_factory=dict)
     parts: tuple[float, ...] = (1.0,)
+    repeats: str = ""
 
     def plan(self, phase: Phase) -> tuple[Method, ...]:
         """Return the methods of a phase, in order."""
         return self.first.get(phase, PLANS[phase])
 
 
+GENTLER = RelaxToRest(replace(LIGHTEST, damping=LIGHTEST.damping / 2))
 USUAL = Route(name="usual")
 OTHERS = (
     Route(
@@ -61,5 +65,16 @@ OTHERS = (
         first={phase: (RelaxToRest(), FollowMotion()) for phase in (Phase.START, Phase.AFTER_CHANGE)},
     ),
     Route(name="four parts", parts=(0.25, 0.5, 0.75, 1.0)),
+    Route(
+        name="half the damping",
+        first={
+            phase: tuple(GENTLER if method.name == GENTLER.name else method for method in PLANS[phase])
+            for phase in (Phase.START, Phase.AFTER_CHANGE)
+        },
+        repeats=GENTLER.name,
+    ),
 )
-"""Routes that `run --spread` compares with the usual one; no run takes them otherwise."""
+"""Routes that `run --spread` compares with the usual one; no run takes them otherwise.
+
+Where relaxation decides whether blocks rest, its damping may decide near the limit; the last route shows it.
+"""

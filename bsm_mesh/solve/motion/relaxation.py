@@ -98,9 +98,18 @@ class Decay:
 
 
 class RelaxToRest:
-    """Explicit motion with ramped loads, damped to rest."""
+    """Explicit motion with ramped loads, damped to rest.
+
+    Parameters
+    ----------
+    motion : MotionSettings
+        How blocks are moved.
+    """
 
     name = "dynamic relaxation"
+
+    def __init__(self, motion: MotionSettings = SETTINGS.motion) -> None:
+        self._motion = motion
 
     def applies(self, equations: StepEquations, at: Iterate, goal: Goal) -> bool:
         """Return whether blocks are at rest where the step begins."""
@@ -110,7 +119,7 @@ class RelaxToRest:
         """Return where blocks come to rest, all but few of them."""
         transit = _shear_slowness(equations) * max(SETTINGS.min_transit, equations.system.blocks_across)
         ramp = int(SETTINGS.ramp * transit)
-        motion: Cycles = equations.system.in_motion(_pressed(equations), SETTINGS.motion, ramp=ramp)
+        motion: Cycles = equations.system.in_motion(_pressed(equations), self._motion, ramp=ramp)
         decay, levels = Decay(motion.loading_cycles, int(SETTINGS.period * transit)), list(SETTINGS.levels)
         while levels and motion.searches < SETTINGS.max_searches:
             motion.advance(max(SETTINGS.min_cycles, int(transit)))
