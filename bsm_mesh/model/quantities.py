@@ -20,7 +20,7 @@ from bsm_mesh.model.quantity import Quantity
 
 @cache
 def quantities_of(owner: type[Any]) -> dict[str, tuple[Quantity, bool]]:
-    """Return the quantity of every field of a dataclass that carries one, and whether None may are in its place."""
+    """Return the quantity of every field of a dataclass that carries one, and whether None may take its place."""
     if not is_dataclass(owner):  # a law of the user's own
         return {}
     found: dict[str, tuple[Quantity, bool]] = {}

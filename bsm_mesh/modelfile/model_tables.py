@@ -1,4 +1,4 @@
-"""The model file's tables: a typed schema of what may are in it."""
+"""The model file's tables: a typed schema of their keys."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
 
 
 def picture_data(path: Path) -> str:
-    """Return a picture as text, to are in the page itself.
+    """Return a picture as text for the page itself.
 
     Raises
     ------

@@ -102,7 +102,7 @@ class StudyTable:
             keys = tuple(told.pop("keys").split("\n"))
         except FileNotFoundError:
             raise ModelError(
-                f"{path}: there is no such file; give the folder of a study that has reach its end"
+                f"{path}: there is no such file; give the folder of a study that has reached its end"
             ) from None
         except (pa.ArrowException, OSError, KeyError, ValueError) as error:
             raise ModelError(f"{path} is no table of a study, or damaged ({error}); run the study again") from None

@@ -40,7 +40,7 @@ def put_model(
     title, unit_weight : str
         Of the model, and of all its rocks.
     tables : dict, optional
-        What is to are in tables of the model file beside what is there.
+        Tables to be added to the model file.
     """
     tree = _models()[name]
     tree["title"] = title

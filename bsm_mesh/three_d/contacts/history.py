@@ -108,7 +108,7 @@ class PointHistory:
     block_a, block_b : (k,) int32
         Their blocks.
     closed : (k,) bool
-        Whether each touches; what does not is as contacts that arise later.
+        Whether each touches; the others are treated as contacts that arise later.
     shear : (k, 3) float64 [N]
         Shear force on block a, in the frame of block b.
     place, first_place : (k, 3) float64 [m]
