@@ -152,8 +152,8 @@ def _near(one: float, other: float, part: float) -> bool:
 
 QUESTIONS: dict[str, Callable[[Answers, Answers], bool | None]] = {
     "the verdict is the same": _verdict,
-    "whether it is where it was given is the same": _stands,
-    "what is where it was given is admissible": _no_contradiction,
+    "whether it stays where it was given is the same": _stands,
+    "what stays where it was given is admissible": _no_contradiction,
     "admissible is the same": _admissible,
     "the bound of the factor is the same": _bound,
     "the factor is the same": _factor,
