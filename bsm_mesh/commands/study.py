@@ -100,8 +100,8 @@ def run_study(
             _run_missing(study, at_work, folder, rows, "-".join(identity.values()), report)
         except KeyboardInterrupt as error:
             error.add_note(
-                f"{len(folder.journal.rows())} of {counted(study.plan.count, 'run')} are finished in {folder.path}; go "
-                f"on with: {_again(path, output, processes, scheduler, scripts=scripts)}"
+                f"{len(folder.journal.rows())} of {counted(study.plan.count, 'run')} are finished in {folder.path}; "
+                f"continue with: {_again(path, output, processes, scheduler, scripts=scripts)}"
             )
             raise
         report("table and pictures")

@@ -109,7 +109,7 @@ def disk_command(sizes: int, every: int, seed: int, state: Path) -> None:
 
 
 @cli.command("counts")
-@click.option("--date", required=True, help="Of the campaigns, as it shall are in the page.")
+@click.option("--date", required=True, help="Of the campaigns, as it shall appear in the page.")
 @state_option
 def counts_command(date: str, state: Path) -> None:
     """Store what the campaigns counted and write the tables of docs/campaigns.md."""
