@@ -25,7 +25,7 @@ TOLERANCE = 5e-4  # of a factor of safety
 STIFF = 30.0
 STIFFER = f"where that differs it is the same with joints {STIFF:g} times as stiff"
 EVERY = 20  # model has its factor found
-HEAD = ["question", "models", "differ", "which"]
+HEAD = ["question", "models", "differ", "first of each family"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +69,16 @@ def study(count: int, tell: Callable[[str], None]) -> list[Row]:
                 judge(STIFFER, name, _same_if_stiffer(*scenes), "no")
     except KeyboardInterrupt:
         tell("ended early")
-    rows = [HEAD]
-    rows += [[q, str(len(asked[q])), str(len(differ[q])), ", ".join(differ[q]) or "none"] for q in asked]
-    return rows
+    return [HEAD, *([q, str(len(asked[q])), str(len(differ[q])), _some(differ[q])] for q in asked)]
+
+
+def _some(names: list[str]) -> str:
+    """Return some names, the first of every family: the log has all of them."""
+    families: dict[str, list[str]] = {}
+    for name in names:
+        families.setdefault(name.rsplit(" ", 1)[0], []).append(name)
+    first = [f"{found[0]} and {len(found) - 1} more" if len(found) > 1 else found[0] for found in families.values()]
+    return ", ".join(first) or "none"
 
 
 def _same_if_stiffer(*scenes: Scene) -> bool | None:
