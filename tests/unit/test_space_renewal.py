@@ -44,6 +44,15 @@ def test_what_two_polygons_share_is_what_shapely_says(seed):
             assert np.linalg.norm(ends[of] - corner, axis=1).min() < 1e-8
 
 
+@pytest.mark.parametrize("turned_over", [False, True])
+def test_edges_within_rounding_of_each_other_cross_between_their_ends(turned_over):
+    """An edge from .9 to 1.1 roundings outside another crosses the limit of rounding; not four lengths beside it."""
+    a = np.array([(0, -0.9e-9), (1, -1.1e-9), (1, 1), (0, 1)])
+    a = a[[1, 0, 3, 2]] * (-1, 1) + (1, 0) if turned_over else a
+    corners, _, _ = _clip(a, np.array([(-9.0, 0), (9, 0), (9, 9), (-9, 9)]), 1e-9)
+    assert ((corners > -1e-8) & (corners < 1 + 1e-8)).all()
+
+
 def test_pairs_of_near_blocks_are_those_whose_boxes_are_near():
     rng = np.random.default_rng(3)
     low = rng.uniform(size=(60, 3))

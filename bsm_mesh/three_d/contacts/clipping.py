@@ -166,7 +166,8 @@ def _clip(
                 there[new], kinds[new], marks[new], sources[new] = p, kind[k], mark[k], source[k]
                 new += 1
             if (inside >= -least) != (next_one >= -least):
-                there[new] = p + inside / (inside - next_one) * (r - p)
+                along = min(max(inside / (inside - next_one), 0.0), 1.0)  # both may lie within `least` of the edge
+                there[new] = p + along * (r - p)
                 kinds[new] = EDGES if source[k] >= 0 else CORNER_OF_B
                 marks[new, 0], marks[new, 1] = max(source[k], 0), j
                 sources[new] = source[k] if inside < -least else -1 - j
