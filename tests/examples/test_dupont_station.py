@@ -37,12 +37,14 @@ def test_nothing_moves_before_the_excavation_and_the_opening_stands(case: tuple[
     assert results.check().ok
 
 
+@pytest.mark.heavy
 def test_settlement_is_greatest_right_of_the_centre_line(case: tuple[bsm.Model, bsm.Results]) -> None:
     told = station.movement_of(case[1]).summary()
     assert 6.0 < told["at"] < 10.0
     assert 4.0 <= told["settlement"] <= 10.0
 
 
+@pytest.mark.heavy
 def test_the_crown_moves_as_measured(case: tuple[bsm.Model, bsm.Results]) -> None:
     told = station.movement_of(case[1]).summary()
     assert 5.0 <= told["crown"].mean() <= 10.0
@@ -50,6 +52,7 @@ def test_the_crown_moves_as_measured(case: tuple[bsm.Model, bsm.Results]) -> Non
     assert told["right wall"].mean() > told["left wall"].mean()
 
 
+@pytest.mark.heavy
 def test_bolts_by_both_readings_of_fig_8_14(case: tuple[bsm.Model, bsm.Results]) -> None:
     """At the head a part of the estimated 69 kPa; the mean tension over the same area is of its size."""
     model, results = case
@@ -76,6 +79,7 @@ def test_gradual_release_leads_to_one_movement() -> None:
         np.testing.assert_allclose(np.mean(four[name]), np.mean(eight[name]), rtol=GRADUAL)
 
 
+@pytest.mark.heavy
 def test_joints_and_faces_of_rock_bear_no_tension(case: tuple[bsm.Model, bsm.Results]) -> None:
     """Wang Eq. 4.9."""
     model, results = case
