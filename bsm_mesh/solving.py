@@ -32,8 +32,8 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     """Return results with where other routes lead (`Results.spread`): other methods first, loads in parts.
 
     Of a model with shaken stages these are a half and a quarter of the time step, and the record turned over.
-    Where dynamic relaxation was tried it is repeated with half the damping. Verdicts that differ mean that the model is
-    near its limit.
+    Where dynamic relaxation was tried it is repeated with half the damping. Verdicts that differ under the same loads
+    mean that the model is near its limit. A record turned over is another load.
 
     Parameters
     ----------

@@ -34,6 +34,9 @@ class RouteEnd:
         The block where that is.
     permanent : float or None [m]
         Greatest displacement that a shaken stage leaves; None where none is shaken, or it has no verdict of rest.
+    same_loads : bool
+        Whether its loads are those of the usual route; False for a record turned over. With other loads another verdict
+        does not show a limit.
     """
 
     route: str
@@ -44,6 +47,7 @@ class RouteEnd:
     difference: float | None
     block: int | None
     permanent: float | None = None
+    same_loads: bool = True
 
 
 def route_end(route: str, results: Results, usual: Results, *, same_loads: bool = True) -> RouteEnd:
@@ -57,6 +61,7 @@ def route_end(route: str, results: Results, usual: Results, *, same_loads: bool 
     left = [one.max_stage_displacement for one in results.stages if one.shaking is not None and one.status.is_at_rest]
     return RouteEnd(
         permanent=max(left, default=None),
+        same_loads=same_loads,
         route=route,
         status=results.status,
         stage=last.name,
@@ -68,20 +73,22 @@ def route_end(route: str, results: Results, usual: Results, *, same_loads: bool 
 
 
 def is_near_limit(ends: tuple[RouteEnd, ...]) -> bool:
-    """Return whether routes lead to different verdicts: the model is near its limit, and neither verdict is certain."""
-    return len({end.status for end in ends}) > 1
+    """Return whether routes under the same loads lead to different verdicts: then neither verdict is certain."""
+    return len({end.status for end in ends if end.same_loads}) > 1
 
 
 def spread_text(ends: tuple[RouteEnd, ...]) -> str:
     """Return what several routes say together, in words; the first is the usual one."""
-    differ = [end for end in ends[1:] if end.status is not ends[0].status]
+    differ = [end for end in ends[1:] if end.status is not ends[0].status and end.same_loads]
+    others = [end for end in ends if not end.same_loads]
     known = [end for end in ends[1:] if end.difference is not None]
     told = []
     if is_near_limit(ends):
         verdicts = ", ".join(f"{end.status.value} ({end.route})" for end in (ends[0], *differ))
         told.append(f"near its limit: the verdict depends on the route: {verdicts}")
     else:
-        told.append(f"{len(ends)} routes, one verdict")
+        told.append(f"{len(ends) - len(others)} routes, one verdict")
+    told += [f"another load, {end.route}: {end.status.value}" for end in others]
     if known:
         worst = max(known, key=lambda end: end.difference or 0.0)
         told.append(

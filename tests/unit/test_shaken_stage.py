@@ -202,6 +202,7 @@ def test_spread_compares_time_steps_and_the_record_turned_over():
         assert 0 < end.difference < 5e-3 * usual.permanent
     assert_allclose(over.permanent, usual.permanent, rtol=1e-9)
     assert over.difference is None
+    assert [end.same_loads for end in results.spread] == [True, True, True, False]
     assert "less than a tenth apart" in spread_text(results.spread)
     wide = (*results.spread[:3], replace(over, permanent=1.2 * usual.permanent))
     assert "a single run is no answer here" in spread_text(wide)

@@ -23,7 +23,7 @@ def on_incline(friction, **given):
     return model_of(polygons, friction=friction, **given)
 
 
-def end(route, status, difference=None, block=None):
+def end(route, status, difference=None, block=None, same_loads=True):
     return RouteEnd(
         route=route,
         status=status,
@@ -32,6 +32,7 @@ def end(route, status, difference=None, block=None):
         unstable_blocks=(),
         difference=difference,
         block=block,
+        same_loads=same_loads,
     )
 
 
@@ -57,6 +58,15 @@ def test_different_verdicts_are_near_the_limit():
         told = summary(replace(results, spread=(end("usual", Status.STABLE, 0.0, 0), end("half the damping", other))))
         assert told["near_limit"] is near
         assert ("near its limit" in heading(told)) is near
+
+
+def test_another_verdict_under_another_load_is_no_limit():
+    others = end("time step / 2", Status.STABLE), end("record turned over", Status.UNSTABLE, same_loads=False)
+    ends = (end("usual", Status.STABLE, 0.0, 0), *others)
+    assert spread_text(ends) == "2 routes, one verdict; another load, record turned over: unstable"
+    told = summary(replace(bsm.run(on_incline(35.0)), spread=ends))
+    assert told["near_limit"] is False
+    assert "near its limit" not in heading(told)
 
 
 def test_blocks_that_come_down_have_no_difference():
