@@ -131,8 +131,8 @@ def _lay_beyond(
 ) -> None:  # pragma: no cover - compiled
     """Let row i carry if its corner passed a node, its face lies on the line beyond, and nothing carries at the node.
 
-    The node carries itself until the face has turned away from it, and the corner on the line beyond while it reaches
-    it.
+    The contact at the node carries until the face has turned away from it. The corner carries while it reaches the
+    line beyond.
     """
     if rows[i].beyond < rules.min_overlap * h:
         return
@@ -166,7 +166,7 @@ def _mark_low_step(
     The corner is level with the face beyond, and one of its edges is parallel to that face. It slides on there, and
     must not catch on an elastic overlap.
     """
-    if rows[i].history >= 0 or rows[i].parallel_edge >= 0:  # parallel edges are reported by their overlap
+    if rows[i].history >= 0 or rows[i].parallel_edge >= 0:  # parallel edges are known by their overlap
         return
     for j in range(rows.size):
         level = rows[j].parallel_edge >= 0 and abs(rows[j].gap) < rules.min_overlap * h

@@ -75,7 +75,7 @@ class ShakenMovement:
     reason : str
         Its reason.
     moved : dict of str to (int, float) [m]
-        By side the block that went most distant to it, and how far.
+        By side the block that went furthest to it, and how far.
     """
 
     stage: str

@@ -1,12 +1,13 @@
 """Multipliers of linear programs are exact to rounding, those of bounds that are hardly met too."""
 
+import clarabel
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.limit.interior_point import Answer, _polished, minimise
+from bsm_mesh.solve.limit.interior_point import Answer, _infeasibility, _polished, minimise, solve_conic
 
 EXACT = 1e-13  # over the greatest multiplier: rounding alone
 
@@ -64,6 +65,32 @@ def test_multipliers_do_not_vanish_for_want_of_a_bound():
     found = _polished(exact + generator.normal(scale=1e-8, size=21), slack, csr_array(rows.T), 0)
     assert_allclose(found, exact, rtol=1e-7)
     assert np.abs(rows.T @ found).max() <= EXACT
+
+
+def on_a_plane(load):
+    """Return a block on a level plane as a program: matrix, right-hand side and cones of its pressure and shears.
+
+    Unknowns are the pressure N and the shears along x and y. Equilibrium takes N = 1 and the shear along x = `load`;
+    the pressure is at most 2, and friction .5: (N / 2, shears) lies in the cone.
+    """
+    rows = [[1.0, 0, 0], [0, 1.0, 0], [1.0, 0, 0], [-0.5, 0, 0], [0, -1.0, 0], [0, 0, -1.0]]
+    cones = [clarabel.ZeroConeT(2), clarabel.NonnegativeConeT(1), clarabel.SecondOrderConeT(3)]
+    return csc_array(np.array(rows)), np.array([1.0, load, 2.0, 0.0, 0.0, 0.0]), cones
+
+
+@pytest.mark.parametrize("load", [0.51, 0.6, 3.0])
+def test_the_least_part_of_the_loads_that_has_to_go_proves_that_there_is_no_solution(load):
+    matrix, right, cones = on_a_plane(load)
+    z = _infeasibility(matrix, right, cones).z
+    assert_allclose(matrix.T @ z, 0.0, atol=1e-8)
+    assert right @ z == pytest.approx(-1.0)
+    assert z[2] >= -1e-8
+    assert z[3] >= np.hypot(z[4], z[5]) - 1e-8
+    assert solve_conic(np.zeros(3), matrix, right, cones)[0] is Answer.INFEASIBLE
+
+
+def test_where_there_is_a_solution_nothing_has_to_go():
+    assert _infeasibility(*on_a_plane(0.49)) is None
 
 
 def test_stones_on_their_corners_have_an_answer():

@@ -97,9 +97,9 @@ class Acceptance:
             if not attempt.equations.within_search_range(attempt.position):
                 return None
             mode = None if quiet else falling_mode(attempt.equations, attempt.position, attempt.at, self.tolerance)
-            if mode is not None and moving:
-                return None
             if mode is not None:
+                if moving:
+                    return None
                 self.pace = self.pace.followed()
                 pushed = self._system.moved_by(attempt.position, SETTINGS.push * self._system.d * mode)
                 attempt = replace(attempt, position=pushed, velocity=np.zeros_like(pushed))

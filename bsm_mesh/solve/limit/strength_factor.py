@@ -31,7 +31,7 @@ from bsm_mesh.solve.stages.as_built import in_stage
 
 MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
 ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
-STRIDE = 8.0  # from the side that is known where nothing describes how far
+STRIDE = 8.0  # from the side that is known where nothing shows how far
 FARTHER, NEAR = 1.5, 1e-3  # steps to a side where nothing is known yet go further, unless they are so short
 HALVING = 6  # every so many programs the middle is asked, in case Newton's method creeps
 MARGINS = 1e-4, 1e-3  # beyond the factor, where rounding spoils a proof at ACCURACY

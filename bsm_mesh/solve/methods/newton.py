@@ -73,7 +73,7 @@ class ExactNewton:
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return the result from the step's start."""
         attempt = newton(equations, equations.start, goal.max_residual, exact=True)
-        for _ in range(SETTINGS.max_updates):  # where the way is more than contacts were searched for
+        for _ in range(SETTINGS.max_updates):  # where the way goes beyond the range of the contact search
             if attempt.outcome is not Outcome.SOLVED or attempt.equations.within_search_range(attempt.position):
                 break
             attempt = newton(*_part_of_the_way(attempt), goal.max_residual, exact=True)

@@ -181,7 +181,7 @@ class StepEquations:
         return self.system.max_relative_movement(self.contacts, movement)
 
     def _is_within_band(self, movement: FloatArray) -> bool:
-        """Return whether neighbours hardly move apart, and blocks that have none no more than in any step."""
+        """Return whether neighbours hardly move apart, and blocks without one no more than in any step."""
         candidates, alone = self.contacts.candidates, np.ones((len(movement), 1), dtype=bool)
         alone[candidates.block_a] = alone[candidates.block_b] = False
         if self.movement(movement * alone) > MAX_MOVEMENT * self.system.d:
