@@ -68,8 +68,8 @@ def draw_kinematics(path: str | os.PathLike[str], found: Kinematics, *, title: s
         count, of = found.modes[name]
         look = {"mew": 0, "ms": 3} if len(points) > MOST_RINGS else {"mfc": "none", "mew": 1.6, "ms": 8}
         axes.plot(*points.T, "o", color=MARK, **look, label=f"{len(points)} in the zone")
-        missing = " (no base)" if name == "direct toppling" and not found.base.any() else ""
-        finish_net(axes, f"{name}: {count} of {of}{missing}", below=True)
+        has_no_base = name == "direct toppling" and not found.base.any()
+        finish_net(axes, f"{name}: no base" if has_no_base else f"{name}: {count} of {of}", below=True)
     figure.suptitle(title or "Kinematic screening", parse_math=False)
     with whole_file(target, parents=True) as draft:
         FigureCanvasAgg(figure).print_png(str(draft))

@@ -249,7 +249,10 @@ def _pairs(of_set: IntArray) -> tuple[IntArray, IntArray]:
     alone = len(count) == 1
     lines = (len(of_set) ** 2 - (len(of_set) if alone else (count**2).sum())) // 2
     if lines > MAX_LINES:
-        raise GeometryError(f"kinematics: {lines} lines of intersection; judge mean planes (means), or fewer")
+        raise GeometryError(
+            f"kinematics: {lines} lines of intersection; give fewer planes, or judge the mean plane of each set "
+            "(means = True in Python)"
+        )
     if alone:
         first, second = np.triu_indices(len(of_set), 1)
         return first, second

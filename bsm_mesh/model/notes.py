@@ -97,6 +97,9 @@ def _of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) 
             f"{counted(unlimited, 'face')} of rock without a joint and without strength: they neither slip nor open, "
             "whatever they carry (default_joint, or cohesion, friction and tensile_strength of the rock, limit them)"
         )
+    elastic = sum(math.isinf(bolt.yield_force) for bolt in model.bolts)
+    if elastic:
+        yield f"{counted(elastic, 'bolt')} without yield_strength: the steel never yields, whatever it carries"
 
 
 def _kept_cohesion(thing: str, law: MohrCoulomb) -> Iterator[str]:

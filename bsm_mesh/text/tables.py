@@ -116,10 +116,10 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     stage, blocks = stage or results.stages[-1], results.blocks
     unfinished = not results.finished and stage is results.stages[-1]
     most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
-    without = f" (without {counted(unknown, 'block')} that supports hold, and slivers)" if unknown else ""
+    without = f" (without {counted(unknown, 'block')} at supports, and slivers)" if unknown else ""
     rows = [
         ("verdict", results.status.value if unfinished else verdict_in_words(blocks, stage)),
-        ("why", stage.reason),
+        ("reason", stage.reason),
     ]
     if stage.unstable_blocks.size:
         rows.append(("falls", falling(results, stage)))

@@ -17,7 +17,7 @@ PICTURES = (
         columns=2,
         window=(-20.0, -6.0, 20.0, 26.0),
         shows="The demo: without bolts a roof wedge falls, with bolts the cavern is stable; joints that slip or open",
-        mended="new; represented a linear tunnel in which nothing can fail",
+        mended="new; it replaces a linear tunnel in which nothing can fail",
     ),
     Drawn(
         target="docs/first_answer.png",

@@ -90,8 +90,12 @@ def test_an_ordinary_model_has_none() -> None:
         ({"in_situ": bsm.InSitu(surface=900.0)}, "the surface lies 898 m above the top of the model (y = 2 m)"),
         ({"in_situ": bsm.InSitu(surface=2.0, k0=15)}, "in_situ: k0 = 15 is unusual (0 to 5 is usual)"),
         (
-            {"bolts": [bsm.Bolt(start=(0.5, 1.8), end=(0.5, 0.2), diameter=0.4)]},
+            {"bolts": [bsm.Bolt(start=(0.5, 1.8), end=(0.5, 0.2), diameter=0.4, yield_strength=500e6)]},
             "bolts: diameter = 0.4 m is unusual (0.005 to 0.1 m is usual)",
+        ),
+        (
+            {"bolts": [bsm.Bolt(start=(0.5, 1.8), end=(0.5, 0.2), diameter=0.025)]},
+            "1 bolt without yield_strength: the steel never yields, whatever it carries",
         ),
     ],
 )
