@@ -46,7 +46,7 @@ class SlidingSide:
         By the record, and by the record turned over, from the last stable acceleration on: the greater displacement of
         the bracket. None: stable up to the peak of the record, so nothing slides.
     least, turned_least : float [m]
-        The same displacements from the first unstable acceleration on.
+        The same displacements from the first unstable acceleration on; 0 where none was found.
     """
 
     side: Side
@@ -231,7 +231,7 @@ def _sliding_side(side: Side, limit: Safety, base: BaseMotion, peak: float) -> S
     if limit.unstable is None and abs(limit.stable) >= peak:
         return SlidingSide(side=side, limit=limit, sliding=None, turned=None, least=0.0, turned_least=0.0)
     resists = abs(limit.stable) * GRAVITY
-    gives = resists if limit.unstable is None else abs(limit.unstable) * GRAVITY
+    gives = (peak if limit.unstable is None else abs(limit.unstable)) * GRAVITY  # at the peak nothing slides
     return SlidingSide(
         side=side,
         limit=limit,

@@ -7,6 +7,7 @@ A block on a plane of dip b with friction f yields at tan(f - b) downhill, at ta
 import csv
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.sliding_block import slide
+from bsm_mesh.safety.earthquake import _sliding_side
 from tests.scenes.known_factors import incline, tan
 from tests.scenes.shaken import STAGE, block_on_plane, quake
 
@@ -48,6 +50,14 @@ def test_a_sine_record_of_coarse_values_and_both_signs():
     assert_allclose(slide(base, 1.0, y).permanent, exact, rtol=1e-4)
     waves = BaseMotion(bsm.Shaking(waveform="sine", frequency=1.5, cycles=cycles, amplitude=a))
     assert_allclose(slide(waves, 1.0, y).permanent, exact, rtol=1e-6)
+
+
+def test_nothing_is_certain_to_slide_where_no_acceleration_was_found_unstable():
+    """Trials above the last stable acceleration that end without a verdict leave the least displacement open: 0."""
+    limit = SimpleNamespace(stable=0.2, unstable=None, trials=())
+    side = _sliding_side("right", limit, BaseMotion(PULSE), 0.5)
+    assert_allclose(max(side.sliding.permanent, side.turned.permanent), EXACT, rtol=1e-6)
+    assert side.least == side.turned_least == 0
 
 
 @pytest.mark.heavy
