@@ -61,10 +61,21 @@ def test_an_outline_of_several_lines_whose_ends_differ_by_rounding(tmp_path: Pat
 
 
 def test_joints_and_excavations_by_layer(tmp_path: Path):
-    path = drawing(tmp_path, external=[FRAME], material=[LAYER], pit=[PIT], J=[[(2, 0), (2, 10)], [(0, 9), (20, 9)]])
-    rock = read_section(path, **GIVEN, excavations={"pit": "cut"}, joints={"J": "bedding"}, border="contact")
-    assert [joint.name for joint in rock.joints] == ["bedding"]
-    assert [region.name for region in rock.regions if hasattr(region, "name")] == ["cut"]
+    """Two layers with traces make one joint; millimetres become metres."""
+    lines = [(2, 0), (2, 10)], [(0, 9), (20, 9)]
+    layers = {"external": [FRAME], "material": [LAYER], "pit": [PIT], "J": [lines[0]], "K": [lines[1]]}
+    drawn = {name: [[(1e3 * x, 1e3 * y) for x, y in line] for line in of] for name, of in layers.items()}
+    rock = read_section(
+        drawing(tmp_path, **drawn), **GIVEN, excavations={"pit": "cut"}, joints={"J": "bedding", "K": "bedding"},
+        border="contact", scale=1e-3,
+    )  # fmt: skip
+    (joint,) = rock.joints
+    assert joint.name == "bedding"
+    assert_allclose(sorted(map(np.ndarray.tolist, joint.lines)), sorted(map(list, lines)), atol=1e-9)
+    (pit,) = [region for region in rock.regions if hasattr(region, "name")]
+    assert pit.name == "cut"
+    assert {tuple(corner) for corner in pit.outline.round(9).tolist()} == set(PIT)
+    assert [region.border for region in rock.regions if region is not pit] == ["contact", "contact"]
     assert len(areas(rock)) == 2
 
 
