@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import joints_of_faces
 from bsm_mesh.model.faces import Faces, find_faces
 from bsm_mesh.movements import turned
 from bsm_mesh.results.contact_shares import Cover, Shares, cover_of, joined_shares, shares_of_contacts
 from bsm_mesh.results.movement import as_given, displacement_of
-from bsm_mesh.results.records import ContactStatus, StageResult
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult
 from bsm_mesh.results.water_faces import wet_parts
 
 if TYPE_CHECKING:
@@ -74,9 +74,22 @@ class JointFaces:
     @property
     def status(self) -> IntArray:
         """`ContactStatus` of every face, (k,) int8: open as a whole, slipping wherever it is closed, or sticking."""
-        moving = np.where(self.slipping > 0, ContactStatus.SLIPPING, ContactStatus.STICKING)
-        moving = np.where(self.slipping + self.open < 1, ContactStatus.STICKING, moving)
-        return np.where(self.open >= 1, ContactStatus.OPEN, moving).astype(np.int8)
+        return status_of_shares(self.slipping, self.open)
+
+
+def status_of_shares(slipping: FloatArray, is_open: FloatArray) -> IntArray:
+    """Return `ContactStatus` of faces, (k,) int8, by the shares of them that slip and that are open."""
+    slips = (slipping > 0) & (slipping + is_open >= 1)
+    status = np.where(slips, ContactStatus.SLIPPING, ContactStatus.STICKING)
+    return np.where(is_open >= 1, ContactStatus.OPEN, status).astype(np.int8)
+
+
+def slips_or_will(contacts: ContactForces) -> BoolArray:
+    """Return which closed contacts (m,) slip or are at their strength."""
+    status = contacts.status
+    at_strength = (status != ContactStatus.OPEN) & (contacts.utilisation >= AT_STRENGTH)
+    slips: BoolArray = at_strength | (status == ContactStatus.SLIPPING)
+    return slips
 
 
 def joint_faces(results: Results, stage: StageResult) -> JointFaces:
@@ -126,7 +139,6 @@ def _touching(
     end = as_given(blocks, moved, block, at)
     here = start + displacement_of(blocks, moved, block, start)
     is_open = c.status == ContactStatus.OPEN
-    is_slipping = (c.status == ContactStatus.SLIPPING) | (~is_open & (c.utilisation >= AT_STRENGTH))
     return JointFaces(
         start=start,
         end=end,
@@ -141,7 +153,7 @@ def _touching(
         pressure=mean(-c.normal_force / c.length) + 0.0,  # no negative zeros
         shear_traction=mean(c.shear_force / c.length),
         utilisation=c.utilisation[rows].max(axis=0),
-        slipping=mean(is_slipping.astype(float)),
+        slipping=mean(slips_or_will(c).astype(float)),
         open=mean(is_open.astype(float)),
         water_pressure=wet_parts(stage, here, at, c.joint[one], np.stack([start, end], axis=1)).mean(len(one)),
     )

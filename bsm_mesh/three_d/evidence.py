@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
+from bsm_mesh.results.evidence import Evidence, bar_rows
+from bsm_mesh.solve.continuation.evidence import rows_of
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.three_d.contacts.forces import elastic_contacts
 from bsm_mesh.three_d.step.block_system import BlockSystem
@@ -16,16 +17,9 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
     table, at, model = motion.contacts, motion.at, system.model
     bars = motion.constraints.bars
     block, point, force = system.point_forces_at(motion.position)
-    turning = system.load_stiffness(motion.position)
     return Evidence(
-        laws=law_table(system.catalogue.laws),
-        law=table.law[kept],
-        failed=table.failed[kept],
-        slip_path=table.slip_path[kept],
-        tension=table.tension[kept],
-        residual_tension=table.residual_tension[kept],
+        **rows_of(system, motion, kept),
         closed_at=table.offset[kept],
-        normal_stiffness=at.normal_stiffness[kept],
         shear_stiffness=table.shear_stiffness[kept],
         near=(elastic_contacts(table, at, system.size) & ~at.closed)[kept],
         weight=model.gravity_forces,
@@ -34,10 +28,8 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         load_block=block,
         load_point=point,
         load_force=force,
-        load_stiffness=None if turning is None else (turning + turning.transpose(0, 2, 1)) / 2,
         bolt_pair=np.zeros((0, 2), np.int32),
         bolt_tangent=np.zeros((0, 6, 6)),
-        velocity=motion.velocity,
         **system.water.recorded(),
         **bar_rows(bars, system.placed(motion.position)[bars.block] + system.bar_arms(motion.position)),
     )

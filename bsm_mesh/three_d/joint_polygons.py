@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.movements import lengths, turned, turns
-from bsm_mesh.results.joint_faces import AT_STRENGTH, HELD, SHORTEST
+from bsm_mesh.results.joint_faces import HELD, SHORTEST, slips_or_will, status_of_shares
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import ContactStatus, StageResult
 from bsm_mesh.results.results import Results
@@ -58,9 +58,7 @@ class JointPolygons:
     @property
     def status(self) -> IntArray:
         """`ContactStatus` of every polygon, (k,) int8: open as a whole, slipping wherever it is closed, or sticking."""
-        moving = np.where(self.slipping > 0, ContactStatus.SLIPPING, ContactStatus.STICKING)
-        moving = np.where(self.slipping + self.open < 1, ContactStatus.STICKING, moving)
-        return np.where(self.open >= 1, ContactStatus.OPEN, moving).astype(np.int8)
+        return status_of_shares(self.slipping, self.open)
 
 
 def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
@@ -84,7 +82,6 @@ def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
     normal, slip, opening = _movement(results, stage)
     parted = np.hypot(slip, opening) > HELD * np.sqrt(area)
     is_open = c.status == ContactStatus.OPEN
-    slips = (c.status == ContactStatus.SLIPPING) | (~is_open & (c.utilisation >= AT_STRENGTH))
     force, used = np.zeros((polygons.count, 3)), np.zeros(polygons.count)
     np.add.at(force, of, sign * c.force)
     np.maximum.at(used, of, c.utilisation)
@@ -101,7 +98,7 @@ def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
         opening=np.where(none, opening, mean_opening)[there],
         pressure=(np.bincount(of, -c.normal_force, minlength=polygons.count) / area)[there] + 0.0,
         utilisation=used[there],
-        slipping=share(slips.astype(float))[there],
+        slipping=share(slips_or_will(c).astype(float))[there],
         open=(share(is_open.astype(float)) + np.where(parted, missing, 0.0))[there],
     )
 

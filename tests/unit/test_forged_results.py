@@ -96,6 +96,16 @@ def pickled(content: bytes) -> bytes:
     return file.getvalue()
 
 
+def packed_otherwise(content: bytes) -> bytes:
+    """Return an archive packed by a method that NumPy does not write, with properties that this method refuses."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("a.npy", bytes(99))
+    whole = bytearray(file.getvalue())
+    whole[whole.index(b"a.npy") + len(b"a.npy") + 4] = 255
+    return bytes(whole)
+
+
 NO_ARRAYS: list[Change] = [
     lambda content: b"",
     lambda content: b"PK\x03\x04junkjunk",
@@ -104,6 +114,7 @@ NO_ARRAYS: list[Change] = [
     lambda content: b"\x80\x04N.",  # a pickle
     larger,
     pickled,
+    packed_otherwise,
 ]
 
 

@@ -19,6 +19,14 @@ from tests.unit.test_space_run import SLOPE, WEAKER
 from tests.unit.test_vtu_3d import read
 
 OPTIONS = bsm.Options(threads=1)
+SLOT = (  # above the joint: the block that slides over it comes to rest at a wall that it did not touch
+    SLOPE.replace("box = [[0, 0, 0], [2, 2, 3]]", "box = [[0, 0, 0], [4, 1, 4]]")
+    .replace("friction = 35", "friction = 20")
+    .replace("point = [1, 1, 1]", "point = [2, 0.5, 1.5]")
+    .replace("[[-2, 2.5], [2, 2.5], [2, 3], [-2, 3]]", "[[-0.1, -0.1], [0.1, -0.1], [0.1, 3], [-0.1, 3]]")
+    .replace("origin = [1, 1, 0]", "origin = [2, 0.5, 1.5]")
+    + '\n[[support]]\nboundary = "east"\nfix = "all"\n'
+)
 
 
 @pytest.fixture(scope="module")
@@ -134,9 +142,10 @@ def test_the_model_as_run_builds_the_same_model(case: Case) -> None:
     assert verify_certificate.main(case.folder / "out") == 0  # beside model.toml, whose last stage weakens the joint
 
 
-def test_an_interrupted_run_goes_on_to_the_same_digits(case: Case) -> None:
+@pytest.mark.parametrize(("text", "renewed"), [(SLOPE + WEAKER, False), (SLOT + WEAKER, True)])
+def test_an_interrupted_run_goes_on_to_the_same_digits(case: Case, text: str, renewed: bool) -> None:
     path = case.folder / "slope.toml"
-    case.write("slope.toml", SLOPE + WEAKER)
+    case.write("slope.toml", text)
 
     def stop(results):
         if len(results.stages) == 2:
@@ -144,7 +153,10 @@ def test_an_interrupted_run_goes_on_to_the_same_digits(case: Case) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         bsm.run(path, finished=stop)
-    assert bsm.Results.load(case.folder / "out/slope.interrupted").status == "unfinished"
+    before = bsm.Results.load(case.folder / "out/slope.interrupted")
+    assert before.status == "unfinished"
+    points = before.stages[1].contacts
+    assert (points.face != points.point_face).any() == renewed
     resumed, whole = bsm.run(path, resume=True), bsm.run(path, output=False)
     assert len(resumed.stages) == 3
     for one, other in zip(resumed.stages, whole.stages, strict=True):

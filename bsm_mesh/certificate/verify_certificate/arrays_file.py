@@ -13,6 +13,7 @@ import numpy as np
 
 ROOM, ROOM_A_BYTE = 1 << 28, 200  # [bytes] that the arrays of a file may fill; in files of runs ten a byte at most
 ENDING = ".npy"
+METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # NumPy writes no others; each has errors of its own
 HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 
@@ -41,11 +42,14 @@ def read_arrays(file: Path | IO[bytes], only: Container[str] | None = None) -> d
                 raise ValueError("its arrays fill more than such a file can hold")
             names = {entry.filename.removesuffix(ENDING): entry for entry in members}
             return {name: _array(archive, entry) for name, entry in names.items() if only is None or name in only}
+    # EOFError: cut off. NotImplementedError, RuntimeError: its flags ask for patches, a password. MemoryError: its size
     except (EOFError, MemoryError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise ValueError(f"it is cut off or damaged: {error or type(error).__name__}") from error
 
 
 def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Any:
+    if entry.compress_type not in METHODS:
+        raise ValueError(f"the array {entry.filename} is compressed by an unknown method")
     with archive.open(entry) as member:
         version = np.lib.format.read_magic(member)
         if version not in HEADERS:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
@@ -13,6 +15,7 @@ from bsm_mesh.solve.algebra.loads import given_of
 from bsm_mesh.solve.bolts.tangent import bolt_tangent
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.block_system import BlockSystem
+from bsm_mesh.solve.step.system import System
 
 
 def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence:
@@ -23,26 +26,30 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
     closed_at, dilation = _dilation_of(table)
     placed = system.outlines.placed(motion.position)
     block, point, force = system.point_forces_at(motion.position)
-    turning = system.load_stiffness(motion.position)
     return Evidence(
-        laws=law_table(system.catalogue.laws),
-        law=table.law[kept],
-        failed=table.failed[kept],
-        slip_path=table.slip_path[kept],
-        tension=table.tension[kept],
-        residual_tension=table.residual_tension[kept],
+        **rows_of(system, motion, kept),
         closed_at=closed_at[kept],
         dilation=dilation[kept] if system.catalogue.dilates else None,
-        normal_stiffness=at.normal_stiffness[kept],
         shear_stiffness=np.where(at.closed, at.springs.stiffness, table.shear_stiffness)[kept],
         near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],
         **given_of(system.model, system.water, PointForces(block=block, point=point, force=force)),
-        load_stiffness=None if turning is None else (turning + turning.transpose(0, 2, 1)) / 2,
         bolt_pair=pair,
         bolt_tangent=tangent,
-        velocity=motion.velocity,
         **bar_rows(bars, placed[bars.block, :2] + system.bar_arms(motion.position)),
     )
+
+
+def rows_of(system: System, motion: Motion, kept: IntArray) -> dict[str, Any]:
+    """Return the fields of `Evidence` that do not depend on the number of dimensions."""
+    table, turning = motion.contacts, system.load_stiffness(motion.position)
+    names = ("law", "failed", "slip_path", "tension", "residual_tension")
+    return {
+        "laws": law_table(system.catalogue.laws),
+        **{name: getattr(table, name)[kept] for name in names},
+        "normal_stiffness": motion.at.normal_stiffness[kept],
+        "load_stiffness": None if turning is None else (turning + turning.transpose(0, 2, 1)) / 2,
+        "velocity": motion.velocity,
+    }
 
 
 def _dilation_of(table: ContactSet) -> tuple[FloatArray, FloatArray]:

@@ -11,11 +11,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 
-FACING = (
-    0.7071  # cosine: faces within 45 degrees of opposite may touch; a steeper one has a neighbour that faces better
-)
-PARALLEL = 0.1  # sine: faces within 6 degrees touch flat, along the normal of b
-CROSSING = 0.1  # sine: edges nearer to parallel have no normal of their own
+FACING = 0.7071  # cosine: faces within 45 degrees of opposite may touch; of steeper ones another face of b faces better
+PARALLEL = 0.1  # sine of 6 degrees: faces nearer to parallel touch flat, along b's normal; such edges have no normal
 DOUBLE = 1e-7  # of the faces' size: corners nearer than this are one
 CORNER_OF_A, CORNER_OF_B, EDGES = 0, 1, 2  # what meets in a corner
 
@@ -207,7 +204,7 @@ def _set_row(
         turn = np.cross(one, other)
         size, sizes = np.sqrt((turn**2).sum()), np.sqrt((one**2).sum() * (other**2).sum())
         across = mean.copy()
-        if size > CROSSING * sizes and abs((turn * mean).sum()) > FACING * size:
+        if size > PARALLEL * sizes and abs((turn * mean).sum()) > FACING * size:
             across = turn / size * np.sign((turn * mean).sum())
     gap = ((on_a - on_b) * across).sum()
     if kind == CORNER_OF_B and (across == -of_a).all():
