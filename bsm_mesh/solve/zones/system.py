@@ -195,8 +195,8 @@ def refuse_free_motion(supports: HeldDisplacements, basis: Any, cells: IntArray,
     if loose.size:
         raise ModelError(
             [
-                f"the continuum about {place((where[part == p, 0].mean(), where[part == p, 1].mean()))} is free to "
-                "move as a whole; hold a boundary, a block or a point of it"
+                f"finite elements: the rock about {place(tuple(where[part == p].mean(axis=0)))} is free to move as a "
+                "whole; hold a boundary, a block or a point of it, or leave zones out to see it fall"
                 for p in loose[:20]
             ]
         )
