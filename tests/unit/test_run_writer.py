@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -367,21 +369,26 @@ def test_an_empty_folder_and_one_behind_a_link_are_taken(tmp_path: Path, old: Re
 
 
 def test_a_reader_while_results_are_replaced_again_and_again(tmp_path: Path, old: Results, new: Results) -> None:
-    """In another process: it never finds a mixture, and never nothing."""
+    """In another process: it never finds a mixture, and never nothing; at worst it says that they changed too often."""
     folder = old.save(tmp_path / "out")
     root = str(Path(bsm.__file__).parents[1])
     code = f"""
-import pathlib, sys
+import sys
+from bsm_mesh.errors import ModelError
 from bsm_mesh.results import Results
 known = {[[r.model_digest, float(r.stages[-1].displacement.sum())] for r in (old, new)]!r}
 Results.load({str(folder)!r})  # imports what reading takes
 print("ready", flush=True)
-seen = set()
-while not pathlib.Path({str(tmp_path / "stop")!r}).exists():
-    read = Results.load({str(folder)!r})
+seen, times = set(), 0
+while len(seen) < 2 or times < 10:
+    try:
+        read = Results.load({str(folder)!r})
+    except ModelError as error:
+        assert "read them later" in str(error), error
+        continue
     seen.add(read.model_digest)
+    times += 1
     assert [read.model_digest, float(read.stages[-1].displacement.sum())] in known
-print(len(seen))
 """
     reader = subprocess.Popen(
         [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": root}, stdout=subprocess.PIPE,
@@ -389,9 +396,11 @@ print(len(seen))
     )  # fmt: skip
     assert reader.stdout is not None
     assert reader.stdout.readline() == "ready\n"
-    for results in (new, old) * 10:
+    until = time.monotonic() + 120
+    for results in itertools.cycle((new, old)):
         save_results(results, folder)
-    (tmp_path / "stop").touch()
-    said, error = reader.communicate(timeout=60)
-    assert error == ""
-    assert said == "2\n"
+        time.sleep(0.05)
+        if reader.poll() is not None or time.monotonic() > until:
+            break
+    reader.kill()
+    assert (reader.communicate()[1], reader.returncode) == ("", 0)
