@@ -35,7 +35,7 @@ def find_key_blocks(
         rocks=loaded.rocks,
         joints=loaded.joints,
         free=_free(loaded),
-        excavated=[table.name for table in loaded.file.excavation],
+        excavated=list(loaded.blocks.excavations),
         default_joint=loaded.file.mesh.default_joint,
         gravity=asked.gravity or (0.0, 0.0, -1.0),
         joint_pressure=asked.joint_pressure,
@@ -60,7 +60,7 @@ def find_key_blocks(
 def _free(loaded: LoadedSpace) -> list[str]:
     """Return the boundaries that are free."""
     file = loaded.file
-    if not (file.excavation or file.slope or file.key_blocks.free):
+    if not (loaded.blocks.excavations or file.slope or file.key_blocks.free):
         raise ModelError(f"{loaded.path.name}: nothing is free: give [[excavation]], [slope] or [key_blocks] free")
     return [*loaded.file.key_blocks.free, *([SLOPE] if SLOPE in loaded.blocks.boundaries else [])]
 
@@ -86,8 +86,8 @@ def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, tuple[bool | Non
     default = loaded.file.mesh.default_joint
     materials = Materials.checked(blocks, loaded.rocks, loaded.joints, default)
     present = np.ones(blocks.count, dtype=bool)
-    for table in loaded.file.excavation:
-        present[blocks.excavations[table.name]] = False
+    for gone in blocks.excavations.values():
+        present[gone] = False
     left = present.copy()
     left[found.block[found.round > 0]] = False
     masses = {"whole rock": present} | ({"without these blocks": left} if (left != present).any() else {})

@@ -109,7 +109,8 @@ def output_folder(file: ModelFile | SpaceFile, path: Path, reach: Reach) -> Path
 def inputs_of(file: ModelFile | SpaceFile, path: Path) -> list[Path]:
     """Return the files that a model is made of: the model file, its mesh or script, its tables."""
     if isinstance(file, SpaceFile):
-        return [path, *(path.parent / body.profile for body in file.excavation if body.profile is not None)]
+        given = [file.mesh.file, *(body.profile for body in file.excavation)]
+        return [path, *(path.parent / name for name in given if name is not None)]
     script = file.mesh.geometry if (file.mesh.geometry or "").endswith(".py") else None
     lines = (table.along.file for table in file.joint.values() if isinstance(table.along, LineFile))
     beside = (name for table in file.history for name in table.measured)
@@ -154,7 +155,7 @@ def build_file(
     if isinstance(file, ModelFile):
         loaded = build_model(file, path, reach, report)
         return loaded.model, loaded.notes
-    report("cutting the rock")
+    report("cutting the rock" if file.mesh.file is None else "reading the mesh")
     return build_space_model(file, path, reach), ()
 
 

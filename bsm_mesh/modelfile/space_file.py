@@ -16,6 +16,7 @@ from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.modelfile.build_parts import make_joint, make_rock
 from bsm_mesh.modelfile.model_file import read_toml, sentences
 from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_mesh import read_space_mesh, source_faults
 from bsm_mesh.modelfile.space_tables import (
     BodyTable,
     DistributionTable,
@@ -88,9 +89,10 @@ def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
     bodies = _made(faults, [partial(_excavation, table, reach) for table in file.excavation])
     bodies += _made(faults, [] if file.slope is None else [partial(_slope, file.slope)])
     folders = _made(faults, [partial(reach.output, file.output.folder or f"out/{path.stem}")])
-    raise_faults([f"{path.name}: {fault}" for fault in [*faults, *_name_faults(file)]])
+    faults += source_faults(file) or _name_faults(file)
+    raise_faults([f"{path.name}: {fault}" for fault in faults])
     try:
-        blocks = _cut(file, sets, bodies)
+        blocks = _cut(file, sets, bodies) if file.mesh.file is None else read_space_mesh(file, reach)
     except ModelError as error:
         raise ModelError([f"{path.name}: {fault}" for fault in error.faults]) from error
     return LoadedSpace(
@@ -110,7 +112,7 @@ def read_space_file(path: Path) -> SpaceFile:
     if "dimensions" not in content:
         raise ModelError(
             f"{path.name}: is a model of the plane; key blocks are found in rock of three dimensions: write "
-            "dimensions = 3, and [mesh] with a box"
+            "dimensions = 3, and [mesh] with a box or a file"
         )
     return validated_space(content, path.name)
 
@@ -139,17 +141,21 @@ def _name_faults(file: SpaceFile) -> list[str]:
         for name in dict.fromkeys(given)
         if name not in file.joint
     ]
-    faults += [
-        f"[joint.{name}]: no [[joint_set]] or [[joint_plane]] has that name; leave it out, or give one"
-        for name in file.joint
-        if name not in used
-    ]
+    faults += (
+        []
+        if file.mesh.file
+        else [
+            f"[joint.{name}]: no [[joint_set]] or [[joint_plane]] has that name; leave it out, or give one"
+            for name in file.joint
+            if name not in used
+        ]
+    )
     faults += [
         f"[joint.{name}]: along and between lay joints into a mesh of the plane; give [[joint_set]] or [[joint_plane]]"
         for name, table in file.joint.items()
         if table.along is not None or table.between is not None
     ]
-    if file.mesh.rock is None and len(file.rock) > 1:
+    if file.mesh.rock is None and len(file.rock) > 1 and file.mesh.box:
         faults.append(f"[mesh]: name the rock of the box: rock = one of {', '.join(map(repr, file.rock))}")
     elif file.mesh.rock is not None and file.mesh.rock not in file.rock:
         faults.append(f"[mesh] rock: there is no [rock.{file.mesh.rock}]{nearest(file.mesh.rock, file.rock)}")
@@ -173,7 +179,7 @@ def _cut(file: SpaceFile, joints: list[Any], bodies: list[Any]) -> Polyhedra:
     from bsm_mesh.geometries import GeometryError
     from bsm_mesh.geometries.three_d import RockMass, cut_cells
 
-    low, high = file.mesh.box
+    low, high = file.mesh.box or ((), ())  # `source_faults` has seen to it
     name = file.mesh.rock or next(iter(file.rock))
     try:
         rock = RockMass(box=(low, high), joints=joints, bodies=bodies, rock=name, seed=file.mesh.seed)

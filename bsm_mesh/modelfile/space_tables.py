@@ -1,4 +1,4 @@
-"""The tables of a model file of three dimensions: rock in a box, joints, excavations, a slope, key blocks."""
+"""The tables of a model file of three dimensions: rock in a box or a mesh, joints, excavations, a slope, key blocks."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from bsm_mesh.model import quantities as q
+from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.class_keys import keys_of
@@ -35,12 +36,24 @@ class ScatterTable(Table):
 
 
 class RockBoxTable(Table):
-    """The rock: a box, x east, y north, z up."""
+    """The rock: a box that joints cut, or a mesh; x east, y north, z up."""
 
-    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] = Field(
-        description="lower south-west and upper north-east corner"
+    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="lower south-west and upper north-east corner"
     )
-    rock: str | None = Field(default=None, description="its rock; the only one where there is one")
+    file: PathText | None = Field(
+        default=None, description="instead of it: a mesh of volume elements, MSH 4.1, with the groups of [groups]"
+    )
+    unit: str = Field(default="m", description="unit of length of the mesh")
+    merge_tolerance: Annotated[float, q.MERGE_TOLERANCE] = Field(
+        default=MERGE_TOLERANCE, description="nodes of the mesh nearer than this are one"
+    )
+    blocks: Literal["elements", "regions"] = Field(
+        default="regions", description="of a mesh: every region between joints is a block, or every element"
+    )
+    rock: str | None = Field(
+        default=None, description="rock of the box, or of elements in no group of one; the only one where there is one"
+    )
     default_joint: str | None = Field(default=None, description="joint of faces between blocks that carry none")
     seed: Annotated[int, q.SEED] = Field(default=0, description="of the random numbers")
     contact_points: Literal["both", "corners"] = Field(
@@ -126,7 +139,10 @@ class KeyBlocksTable(Table):
     rounds: Annotated[int, q.ROUNDS] = Field(
         default=1, description="rounds; every unstable block is taken away in each"
     )
-    free: list[str] = Field(default_factory=list, description="sides of the box that are free: top, east, ...")
+    free: list[str] = Field(
+        default_factory=list,
+        description="boundaries that are free: sides of the box (top, east, ...), groups of a mesh",
+    )
     gravity: Annotated[list[Annotated[float, q.GRAVITY_PART]], Field(min_length=3, max_length=3)] | None = Field(
         default=None, description="force over weight [east, north, up]; [0, 0, -1] by default"
     )
@@ -205,6 +221,7 @@ class SpaceFile(Table):
     dimensions: Literal[3]
     title: str = ""
     mesh: RockBoxTable
+    groups: dict[str, str] = Field(default_factory=dict, description='group of the mesh = "kind:name"')
     rock: dict[str, RockTable] = Field(min_length=1)
     joint: dict[str, JointTable] = Field(default_factory=dict)
     joint_set: list[JointSetTable] = Field(default_factory=list)

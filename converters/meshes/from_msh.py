@@ -38,13 +38,36 @@ ELEMENTS = {  # Gmsh's element type: what it is, and its number of nodes
 }
 HEADER = re.compile(rb"\s*\$MeshFormat\s+(\S+)\s+([01])\s+([48])[ \t]*\r?\n")
 NODES_40 = re.compile(rb"\$Nodes[ \t]*\r?\n[ \t]*\d+[ \t]+\d+[ \t]*\r?\n")  # two numbers, of 4.1 four
+SOLIDS = {  # volume elements, of first and of higher order; the corners are the first nodes
+    **dict.fromkeys((4, 11, 29, 30, 31), "tetra"),
+    **dict.fromkeys((5, 12, 17, 92, 93), "hexahedron"),
+    **dict.fromkeys((6, 13, 18, 90, 91), "wedge"),
+    **dict.fromkeys((7, 14, 19), "pyramid"),
+}
+SOLID_NODES = {4: 4, 11: 10, 29: 20, 30: 35, 31: 56, 5: 8, 12: 27, 17: 20, 92: 64, 93: 125}
+SOLID_NODES |= {6: 6, 13: 18, 18: 15, 90: 40, 91: 75, 7: 5, 14: 14, 19: 13}
 Entity = tuple[int, int]  # dimension, tag
 
 
 @dataclass(slots=True)
-class _Content:
-    """What the sections gave so far."""
+class MshContent:
+    """What the sections of a file of MSH 4.1 give.
 
+    Attributes
+    ----------
+    solid : bool
+        Whether volume elements are read; if not they are refused.
+    names : dict
+        Names of groups by dimension and number.
+    physicals : dict
+        Numbers of the groups of every entity of the geometry.
+    tags, points : array
+        Numbers of the nodes, and their coordinates (n, 3).
+    elements : list
+        Entity, kind of element, and rows of the element's number and its nodes' numbers.
+    """
+
+    solid: bool = False
     names: dict[Entity, str] = field(default_factory=dict)  # of (dimension, physical tag)
     physicals: dict[Entity, list[int]] = field(default_factory=dict)
     tags: LongArray = field(default_factory=lambda: np.empty(0, np.int64))
@@ -77,7 +100,18 @@ def read_msh41(path: Path) -> MeshCells:
     ModelError
         If the file is cut off or damaged, or holds volume elements.
     """
-    content = _Content()
+    return _as_cells(str(path), msh_content(path))
+
+
+def msh_content(path: Path, *, solid: bool = False) -> MshContent:
+    """Return the content of an MSH 4.1 file; volume elements are refused unless a `solid` mesh is asked for.
+
+    Raises
+    ------
+    ModelError
+        If the file is cut off or damaged, holds no elements, or volume elements that were not asked for.
+    """
+    content = MshContent(solid=solid)
     section, data = "MeshFormat", path.read_bytes()
     try:
         for section, numbers in _sections(data, content):
@@ -96,11 +130,14 @@ def read_msh41(path: Path) -> MeshCells:
             f"{path}: section ${section} is cut off or damaged: the file was not written to its end; write it again"
         ) from None
     if not content.elements:
-        raise ModelError(f"{path}: holds no elements; generate the mesh (in Gmsh: generate(2)) before it is written")
-    return _as_cells(str(path), content)
+        order = 3 if solid else 2
+        raise ModelError(
+            f"{path}: holds no elements; generate the mesh (in Gmsh: generate({order})) before it is written"
+        )
+    return content
 
 
-def _sections(data: bytes, content: _Content) -> Iterator[tuple[str, Numbers]]:
+def _sections(data: bytes, content: MshContent) -> Iterator[tuple[str, Numbers]]:
     """Yield the sections with numbers; names of groups go straight into `content`."""
     header = HEADER.match(data)
     if header is None:
@@ -143,7 +180,7 @@ def names_in(text: str) -> dict[Entity, str]:
     return names
 
 
-def _read_entities(numbers: Numbers, content: _Content) -> None:
+def _read_entities(numbers: Numbers, content: MshContent) -> None:
     for dimension, count in enumerate(numbers.take(Kind.SIZE, 4)):
         for _ in range(int(count)):  # one entity a pass, of the geometry, not of the mesh
             tag = int(numbers.take(Kind.INT, 1)[0])
@@ -154,7 +191,7 @@ def _read_entities(numbers: Numbers, content: _Content) -> None:
                 numbers.take(Kind.INT, int(numbers.take(Kind.SIZE, 1)[0]))
 
 
-def _read_nodes(numbers: Numbers, content: _Content) -> None:
+def _read_nodes(numbers: Numbers, content: MshContent) -> None:
     tags, points = [content.tags], [content.points]
     for _ in range(int(numbers.take(Kind.SIZE, 4)[0])):
         dimension, _, parametric = numbers.take(Kind.INT, 3)
@@ -165,23 +202,27 @@ def _read_nodes(numbers: Numbers, content: _Content) -> None:
     content.tags, content.points = np.concatenate(tags), np.concatenate(points)
 
 
-def _read_elements(numbers: Numbers, content: _Content, source: str) -> None:
+def _read_elements(numbers: Numbers, content: MshContent, source: str) -> None:
     for _ in range(int(numbers.take(Kind.SIZE, 4)[0])):
         dimension, tag, element = (int(value) for value in numbers.take(Kind.INT, 3))
         count = int(numbers.take(Kind.SIZE, 1)[0])
-        if dimension == 3:
+        if dimension == 3 and not content.solid:
             raise ModelError(
                 f"{source}: a three-dimensional mesh, but blocks are plane; mesh one cross-section and save "
                 "only its surfaces and curves (in Gmsh: generate(2))"
             )
-        if element not in ELEMENTS:
+        if dimension == 3 and element not in SOLIDS:
+            raise ModelError(
+                f"{source}: Gmsh element type {element} is not known; use tetrahedra, hexahedra, prisms or pyramids"
+            )
+        if dimension < 3 and element not in ELEMENTS:
             raise ModelError(f"{source}: Gmsh element type {element} is not known; use triangles or quadrilaterals")
-        kind, n_nodes = ELEMENTS[element]
+        kind, n_nodes = ELEMENTS[element] if dimension < 3 else (SOLIDS[element], SOLID_NODES[element])
         rows = numbers.take(Kind.SIZE, count * (1 + n_nodes)).reshape(count, 1 + n_nodes)
         content.elements.append(((dimension, tag), kind, rows))
 
 
-def _as_cells(source: str, content: _Content) -> MeshCells:
+def _as_cells(source: str, content: MshContent) -> MeshCells:
     groups: dict[str, list[Entity]] = {name: [] for name in content.names.values()}
     for (dimension, tag), physicals in content.physicals.items():
         for physical in physicals:
@@ -205,7 +246,7 @@ def _as_cells(source: str, content: _Content) -> MeshCells:
         next((p for p in content.physicals.get(entity, ()) if (entity[0], p) not in content.names), 0)
         for entity, _, _ in content.elements
     ]
-    number = _node_numbers(content)
+    number = node_numbers(content)
     rows = [row for _, _, row in content.elements]
     arrays = {
         PHYSICAL: [np.full(len(row), p) for row, p in zip(rows, unnamed, strict=True)],
@@ -221,7 +262,7 @@ def _as_cells(source: str, content: _Content) -> MeshCells:
     )
 
 
-def _node_numbers(content: _Content) -> Any:
+def node_numbers(content: MshContent) -> Any:
     """Return the function from node tags to rows of `points`; -1 for tags that do not exist."""
     tags = content.tags
     if tags.size and tags.min() >= 0 and tags.max() <= 4 * tags.size + 1000:

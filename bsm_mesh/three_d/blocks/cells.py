@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 
 class Cells(Protocol):
@@ -52,11 +52,15 @@ class Cells(Protocol):
     def excavation_names(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
-def arrays_of_cells(cells: Cells) -> dict[str, Any]:
-    """Return the arrays of `Polyhedra`: one block are cells of one rock and excavation across faces without a joint."""
+def arrays_of_cells(cells: Cells, *, whole: bool = False) -> dict[str, Any]:
+    """Return the arrays of `Polyhedra`.
+
+    One block are cells of one rock and excavation across faces without a joint; `whole`: each cell is a block.
+    """
     first, second = np.asarray(cells.face_cells).T
     count, region = len(cells.cell_rock), np.stack([cells.cell_rock, cells.cell_excavation], axis=1)
-    tied = (second >= 0) & (np.asarray(cells.face_joint) < 0) & (region[first] == region[second]).all(axis=1)
+    tied: BoolArray = (second >= 0) & (np.asarray(cells.face_joint) < 0) & (region[first] == region[second]).all(axis=1)
+    tied &= not whole
     graph = coo_array((np.ones(tied.sum()), (first[tied], second[tied])), shape=(count, count))
     _, block, of_cell = np.unique(
         connected_components(graph, directed=False)[1], return_index=True, return_inverse=True

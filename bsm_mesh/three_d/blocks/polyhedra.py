@@ -158,7 +158,7 @@ class Polyhedra(Portable):
         raise_faults(faults)
 
     @classmethod
-    def from_cells(cls, cells: Cells) -> Polyhedra:
+    def from_cells(cls, cells: Cells, *, whole: bool = False) -> Polyhedra:
         """Return the blocks of a complex of cells.
 
         Cells are one block where they meet in a face without a joint, are of one rock, and in the same excavation.
@@ -168,8 +168,10 @@ class Polyhedra(Portable):
         ----------
         cells : Cells
             What `geometries.three_d` has cut, or an object with the same arrays.
+        whole : bool
+            Whether every cell is a block of its own.
         """
-        return cls(**arrays_of_cells(cells))
+        return cls(**arrays_of_cells(cells, whole=whole))
 
     @classmethod
     def from_solids(

@@ -1,0 +1,84 @@
+"""Meshes of volume elements that Gmsh makes: a box on an inclined joint under a lid, layers of prisms and hexahedra."""
+
+import math
+from pathlib import Path
+
+import gmsh
+import numpy as np
+
+from bsm_mesh.geometries.session import gmsh_session
+
+DIP = 30.0  # of the joint, to the east
+
+
+def _write(path: Path, version=4.1, order=1):
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setOrder(order)
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.write(str(path))
+
+
+def _middles(dimension):
+    return {
+        tag: np.array(gmsh.model.occ.getCenterOfMass(dimension, tag)) for _, tag in gmsh.model.getEntities(dimension)
+    }
+
+
+def incline(path, *, version=4.1, order=1, names=None, binary=False):
+    """Write a box of 2 x 2 x 3 m, cut by a plane through (1, 1, 1), its uppermost half metre an excavation."""
+    called = {name: name for name in ("rock:granite", "excavation:lid", "joint:J1", "boundary:bottom")} | (names or {})
+    with gmsh_session():
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", 1.0)
+        gmsh.option.setNumber("Mesh.Binary", int(binary))
+        occ = gmsh.model.occ
+        box, lid = occ.addBox(0, 0, 0, 2, 2, 2.5), occ.addBox(0, 0, 2.5, 2, 2, 0.5)
+        plane = occ.addRectangle(-1, -1, 1, 4, 4)
+        occ.rotate([(2, plane)], 1, 1, 1, 0, 1, 0, math.radians(DIP))
+        occ.fragment([(3, box), (3, lid)], [(2, plane)])
+        occ.synchronize()
+        volumes, surfaces = _middles(3), _middles(2)
+        normal = np.array([math.sin(math.radians(DIP)), 0, math.cos(math.radians(DIP))])
+        wide = {s: gmsh.model.getBoundingBox(2, s)[3] for s in surfaces}  # of the plane's rest, beyond the box
+        on_joint = [s for s, at in surfaces.items() if abs((at - 1) @ normal) < 1e-9 and wide[s] < 2.1]
+        groups = {
+            (3, "rock:granite"): list(volumes),
+            (3, "excavation:lid"): [v for v, at in volumes.items() if at[2] > 2.5],
+            (2, "joint:J1"): on_joint,
+            (2, "boundary:bottom"): [s for s, at in surfaces.items() if at[2] < 1e-9],
+        }
+        for (dimension, name), tags in groups.items():
+            if called[name]:
+                gmsh.model.addPhysicalGroup(dimension, tags, name=called[name])
+        _write(path, version, order)
+    return path
+
+
+def layers(path, *, recombine, bent=0.0):
+    """Write a box of 2 x 1 x 1 m of two layers, of prisms or hexahedra, the upper one of another rock."""
+    with gmsh_session():
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.Binary", 0)
+        geo = gmsh.model.geo
+        corners = [geo.addPoint(*p, 0) for p in ((0, 0), (2, 0), (2, 1), (0, 1))]
+        sides = [geo.addLine(corners[k], corners[(k + 1) % 4]) for k in range(4)]
+        surface = geo.addPlaneSurface([geo.addCurveLoop(sides)])
+        for side, count in zip(sides, (3, 2, 3, 2), strict=True):
+            geo.mesh.setTransfiniteCurve(side, count)
+        geo.mesh.setTransfiniteSurface(surface)
+        if recombine:
+            geo.mesh.setRecombine(2, surface)
+        lower = geo.extrude([(2, surface)], 0, 0, 0.5, numElements=[1], recombine=True)
+        upper = geo.extrude([lower[0]], 0, 0, 0.5, numElements=[1], recombine=True)
+        geo.synchronize()
+        gmsh.model.addPhysicalGroup(3, [lower[1][1]], name="rock:slate")
+        gmsh.model.addPhysicalGroup(3, [upper[1][1]], name="rock:gneiss")
+        gmsh.model.addPhysicalGroup(2, [lower[0][1]], name="joint:bedding")
+        gmsh.model.addPhysicalGroup(2, [surface], name="boundary:bottom")
+        gmsh.model.mesh.generate(3)
+        if bent:
+            tags, at, _ = gmsh.model.mesh.getNodes(2, upper[0][1], includeBoundary=True)
+            tag, at = int(tags[0]), at.reshape(-1, 3)[0]
+            gmsh.model.mesh.setNode(tag, [at[0], at[1], at[2] + bent], [])
+        gmsh.write(str(path))
+    return path

@@ -1,0 +1,190 @@
+"""Meshes of volume elements: blocks of regions and elements, exact volumes, groups, the model file, what is refused."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.converters.three_d import read_polyhedra
+from tests.scenes.small_case import Case
+from tests.scenes.solid_meshes import incline, layers
+
+ROUNDING = 1e-9  # of coordinates that Gmsh's geometry kernel has computed
+MODEL = """
+dimensions = 3
+{mesh}
+[rock.granite]
+unit_weight = "26 kN/m^3"
+
+[joint.J1]
+normal_stiffness = "1 GPa/m"
+shear_stiffness = "1 GPa/m"
+law = "mohr_coulomb"
+friction = 35
+{cut}
+[[support]]
+boundary = "bottom"
+fix = "all"
+
+[[stage]]
+name = "lid off"
+excavate = ["lid"]
+
+[[stage]]
+name = "weaker"
+strength = {{J1 = {strength}}}
+"""
+CUT = """
+[[joint_plane]]
+name = "J1"
+dip = 30
+dip_direction = 90
+point = [1, 1, 1]
+
+[[excavation]]
+name = "lid"
+polygon = [[-2, 2.5], [2, 2.5], [2, 3], [-2, 3]]
+origin = [1, 1, 0]
+"""
+BOX = '[mesh]\nbox = [[0, 0, 0], [2, 2, 3]]\ndefault_joint = "J1"\n'
+MESH = '[mesh]\nfile = "incline.msh"\ndefault_joint = "J1"\n'
+
+
+def fault(match):
+    return pytest.raises(bsm.ModelError, match=re.escape(match))
+
+
+@pytest.fixture(scope="module")
+def mesh(tmp_path_factory):
+    return incline(tmp_path_factory.mktemp("mesh") / "incline.msh")
+
+
+@pytest.mark.parametrize("form", [{}, {"binary": True}, {"order": 2}])
+def test_regions_between_joints_are_blocks(tmp_path, form):
+    """Below the joint 4 m3, above it 6, the lid 2; the joint has 4 / cos 30 m2."""
+    blocks = read_polyhedra(incline(tmp_path / "mesh.msh", **form))
+    assert_allclose(sorted(blocks.moments.volume), [2, 4, 6], rtol=ROUNDING)
+    polygons = blocks.contact_polygons
+    assert_allclose(polygons.area[polygons.joint == 0].sum(), 4 / np.cos(np.radians(30)), rtol=ROUNDING)
+    assert_allclose(polygons.area[polygons.joint < 0].sum(), 4, rtol=ROUNDING)  # under the lid
+    assert_allclose(blocks.moments.volume[blocks.excavations["lid"]], 2, rtol=ROUNDING)
+    (below,) = blocks.boundary_blocks("bottom")
+    assert_allclose(blocks.moments.centroid[below, 2], (1 + 4 / 12 * np.tan(np.radians(30)) ** 2) / 2, rtol=ROUNDING)
+
+
+def test_elements_are_blocks(mesh):
+    whole, regions = read_polyhedra(mesh, blocks="elements"), read_polyhedra(mesh)
+    assert whole.count == len(whole.cell_block) > 20
+    assert_allclose(whole.moments.volume.sum(), 12, rtol=ROUNDING)
+    assert len(whole.face_cells) == len(regions.face_cells)
+
+
+@pytest.mark.parametrize(("recombine", "count"), [(False, 4), (True, 2)])
+def test_prisms_and_hexahedra(tmp_path, recombine, count):
+    blocks = read_polyhedra(layers(tmp_path / "mesh.msh", recombine=recombine), blocks="elements", unit_scale=0.1)
+    assert blocks.count == 2 * count
+    assert_allclose(blocks.moments.volume, 1e-3 / count, rtol=ROUNDING)
+    polygons = blocks.contact_polygons
+    assert_allclose(polygons.area[polygons.joint == 0].sum(), 0.02, rtol=ROUNDING)
+    rocks = np.array(blocks.rock_names)[blocks.rock]
+    assert set(rocks[blocks.moments.centroid[:, 2] > 0.05]) == {"gneiss"}
+    assert set(rocks[blocks.moments.centroid[:, 2] < 0.05]) == {"slate"}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("strength", "verdict"), [(0.9, "stable"), (0.7, "unstable")])
+def test_a_mesh_has_the_verdict_of_the_same_rock_cut(tmp_path, mesh, strength, verdict):
+    """35 degrees times a part of their strength against a dip of 30: tan 30 / tan 35 = .8245."""
+    (tmp_path / "incline.msh").write_bytes(mesh.read_bytes())
+    found = []
+    for name, given, cut in (("box", BOX, CUT), ("mesh", MESH, "")):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(MODEL.format(mesh=given, cut=cut, strength=strength))
+        found.append(bsm.run(bsm.load(path)))
+    for results in found:
+        assert [stage.status for stage in results.stages][-1] == verdict
+
+
+def test_groups_by_other_names(tmp_path):
+    path = incline(tmp_path / "mesh.msh", names={"rock:granite": "Body", "joint:J1": "Fault 1"})
+    with fault("in no group of a rock (groups of volumes in the mesh: Body); call the group rock:NAME"):
+        read_polyhedra(path)
+    blocks = read_polyhedra(path, groups={"Body": "rock:granite", "Fault 1": "joint:J1"})
+    assert (blocks.rock_names, blocks.joint_names) == (("granite",), ("J1",))
+    assert read_polyhedra(path, rock="tuff").rock_names == ("tuff",)
+    with fault("there is no group 'Bodi' of surfaces or volumes in the mesh"):
+        read_polyhedra(path, groups={"Bodi": "rock:granite"})
+
+
+@pytest.mark.parametrize(
+    ("names", "match"),
+    [
+        ({"joint:J1": "rock:J1"}, "group 'rock:J1' holds surfaces; rock:NAME is for volumes"),
+        ({"excavation:lid": "rock:tuff"}, "a volume is in rock:"),
+        ({"boundary:bottom": "joint:base"}, "group 'joint:base': none of its"),
+        ({"joint:J1": "boundary:J1"}, "surface elements lies on the outside"),
+    ],
+)
+def test_groups_that_lead_nowhere(tmp_path, names, match):
+    with fault(match):
+        read_polyhedra(incline(tmp_path / "mesh.msh", names=names))
+
+
+def test_bent_elements_and_other_files_are_refused(tmp_path):
+    with fault("a hexahedron whose faces are not plane, or that is not convex; mesh this part with tetrahedra"):
+        read_polyhedra(layers(tmp_path / "bent.msh", recombine=True, bent=0.1))
+    with fault("volume elements are read from MSH 4.1 alone; convert it: gmsh old.msh -save -format msh41"):
+        read_polyhedra(incline(tmp_path / "old.msh", version=2.2))
+    with fault("there is no such file"):
+        read_polyhedra(tmp_path / "none.msh")
+    broken = tmp_path / "broken.msh"
+    broken.write_bytes((tmp_path / "bent.msh").read_bytes()[:2000])
+    with fault("is cut off or damaged"):
+        read_polyhedra(broken)
+
+
+def test_surfaces_that_are_not_embedded_are_refused(tmp_path, mesh):
+    """Node 1 is moved out of a triangle's nodes by naming others: the surface is no face of an element."""
+    text = layers(tmp_path / "mesh.msh", recombine=False).read_text()
+    section = re.search(r"\$Elements\n(.*?)\$EndElements", text, re.DOTALL)[1].splitlines()
+    row = next(k for k, line in enumerate(section) if line.startswith("2 ")) + 1
+    tag, a, b, _ = section[row].split()
+    other = next(n for n in range(1, 18) if str(n) not in (a, b) and n > 12)
+    (tmp_path / "cut.msh").write_text(text.replace(section[row], f"{tag} {a} {b} {other}"))
+    with fault("no face of a volume element; embed the surface in the volumes, by fragment in Gmsh"):
+        read_polyhedra(tmp_path / "cut.msh")
+
+
+@pytest.mark.parametrize(
+    ("given", "cut", "match"),
+    [
+        ("[mesh]\n", "", "[mesh] needs one of the keys 'box' and 'file'; neither is given"),
+        (MESH + "box = [[0, 0, 0], [2, 2, 3]]\n", "", "both are given"),
+        (MESH, CUT, "[[joint_plane]] cuts a box, and [mesh] has a file"),
+        (BOX + 'unit = "mm"\n', CUT, "[mesh] unit is for a mesh, and [mesh] has a box"),
+        (MESH + 'unit = "bar"\n', "", '[mesh] unit = "bar"'),
+        (MESH + '[groups]\n"joint:J1" = "joint:J2"\n', "", "joint:J2 of the mesh: there is no [joint.J2]"),
+        (MESH.replace("default_joint", "#") + '[groups]\n"joint:J1" = "x"\n', "", "the mesh has no group joint:J1"),
+    ],
+)
+def test_model_files_that_do_not_fit_the_mesh(case: Case, mesh, given, cut, match):
+    case.write("incline.msh", mesh.read_text())
+    case.write("model.toml", MODEL.format(mesh=given, cut=cut, strength=1.0))
+    outcome = case.run("run", "model.toml")
+    assert outcome.code == 2
+    assert match in " ".join(outcome.err.split())
+
+
+def test_key_blocks_of_a_mesh(case: Case, mesh):
+    """The block under the lid slides on its joint: tan 35 / tan 30."""
+    case.write("incline.msh", mesh.read_text())
+    free = MODEL.format(mesh=MESH, cut="[key_blocks]\nrequired = 1.5\n", strength=1.0)
+    case.write("model.toml", free)
+    outcome = case.run("key-blocks", "model.toml", "--json", "--no-picture")
+    assert outcome.code == 0, outcome.err
+    told = json.loads(outcome.out)
+    assert told["blocks"] == 3
+    print(told)
