@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,23 @@ FACES = {  # corners of the faces, counter-clockwise seen from outside
 }
 CORNERS = {"tetra": 4, "hexahedron": 8, "wedge": 6, "pyramid": 5}
 FLAT = 1e-6  # of an element's size: greatest height of a corner over a face that counts as plane
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ElementCells:
+    """Volume elements as the `Cells` that `Polyhedra.from_cells` takes; the arrays are described there."""
+
+    vertices: FloatArray
+    face_vertices: IntArray
+    face_offsets: IntArray
+    face_cells: IntArray
+    face_joint: IntArray
+    cell_rock: IntArray
+    cell_excavation: IntArray
+    joint_names: tuple[str, ...]
+    rock_names: tuple[str, ...]
+    excavation_names: tuple[str, ...]
+    boundaries: Mapping[str, IntArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

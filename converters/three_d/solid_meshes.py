@@ -13,10 +13,9 @@ from bsm_mesh.arrays import IntArray
 from bsm_mesh.converters.meshes.cells import PHYSICAL
 from bsm_mesh.converters.meshes.files import refuse_unreadable
 from bsm_mesh.converters.meshes.from_msh import MshContent, is_msh40, is_msh41, msh_content, node_numbers
-from bsm_mesh.converters.three_d.elements import CORNERS, ElementFaces, element_faces
+from bsm_mesh.converters.three_d.elements import CORNERS, ElementCells, ElementFaces, element_faces
 from bsm_mesh.errors import ModelError, counted, place, raise_faults, shortened
 from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
-from bsm_mesh.geometries.three_d import CellCut
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, merge_points
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.reading import as_path
@@ -76,7 +75,7 @@ def read_polyhedra(
 
 def _cells(
     file: Path, content: MshContent, renamed: Mapping[str, str], rock: str | None, scale: float, tolerance: float
-) -> CellCut:
+) -> ElementCells:
     """Return the elements of a file as cells."""
     solids = [k for k, (entity, _, _) in enumerate(content.elements) if entity[0] == 3]
     if not solids:
@@ -112,7 +111,7 @@ def _cells(
     for k, name in reversed(list(enumerate(joints))):  # the first in the file names a face of two
         face_joint[on_faces[GroupName(GroupKind.JOINT, name)]] = k
     inside = faces.loops >= 0
-    return CellCut(
+    return ElementCells(
         vertices=points,
         face_vertices=faces.loops[inside].astype(np.int32),
         face_offsets=np.append(0, np.cumsum(inside.sum(axis=1))).astype(np.int32),
@@ -124,7 +123,6 @@ def _cells(
         rock_names=rocks,
         excavation_names=excavations,
         boundaries={name.name: at for name, at in on_faces.items() if name.kind is GroupKind.BOUNDARY},
-        planes={},
     )
 
 

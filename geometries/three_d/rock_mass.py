@@ -83,7 +83,7 @@ class CellCut:
     boundaries : mapping of str to (k,) int32
         Faces of the sides of the box and of openings.
     planes : mapping of str to int
-        How many planes of each joint cut rock; none in cells of a mesh.
+        How many planes of each joint cut rock.
     """
 
     vertices: FloatArray

@@ -54,6 +54,37 @@ def incline(path, *, version=4.1, order=1, names=None, binary=False):
     return path
 
 
+def wedge(path):
+    """Write a box of 4 x 3 x 2 m with a wedge of 1.125 m3 on two planes that meet in a line falling 45 degrees south.
+
+    Face and top, boundaries of their own, are at y = 0 and z = 2; the wedge has its foot at (1, 0, 0.5).
+    """
+    dip, foot = math.acos(1 / math.sqrt(3)), (1, 0, 0.5)
+    with gmsh_session():
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", 2.0)
+        occ = gmsh.model.occ
+        box = occ.addBox(-1, 0, 0, 4, 3, 2)
+        planes = [occ.addRectangle(-9, -9, 0.5, 20, 20) for _ in range(2)]
+        for plane, azimuth in zip(planes, (135, 225), strict=True):
+            angle = math.radians(azimuth)
+            occ.rotate([(2, plane)], *foot, -math.cos(angle), math.sin(angle), 0, dip)
+        occ.fragment([(3, box)], [(2, plane) for plane in planes])
+        occ.synchronize()
+        surfaces, volumes = _middles(2), _middles(3)
+        within = {s for v in volumes for _, s in gmsh.model.getBoundary([(3, v)], oriented=False)}
+        normals = {"A": (1, -1, 1), "B": (-1, -1, 1)}
+        gmsh.model.addPhysicalGroup(3, list(volumes), name="rock:granite")
+        for name, normal in normals.items():
+            on = [s for s in within if abs((surfaces[s] - foot) @ np.array(normal)) < 1e-9]
+            gmsh.model.addPhysicalGroup(2, on, name=f"joint:{name}")
+        for name, axis, place in (("face", 1, 0.0), ("top", 2, 2.0), ("bottom", 2, 0.0)):
+            on = [s for s in within if abs(surfaces[s][axis] - place) < 1e-9]
+            gmsh.model.addPhysicalGroup(2, on, name=f"boundary:{name}")
+        _write(path)
+    return path
+
+
 def layers(path, *, recombine, bent=0.0):
     """Write a box of 2 x 1 x 1 m of two layers, of prisms or hexahedra, the upper one of another rock."""
     with gmsh_session():

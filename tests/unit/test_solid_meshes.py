@@ -9,8 +9,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.three_d import read_polyhedra
+from tests.scenes.rock_3d import wedge_factor
 from tests.scenes.small_case import Case
-from tests.scenes.solid_meshes import incline, layers
+from tests.scenes.solid_meshes import incline, layers, wedge
 
 ROUNDING = 1e-9  # of coordinates that Gmsh's geometry kernel has computed
 MODEL = """
@@ -94,18 +95,16 @@ def test_prisms_and_hexahedra(tmp_path, recombine, count):
     assert set(rocks[blocks.moments.centroid[:, 2] < 0.05]) == {"slate"}
 
 
-@pytest.mark.heavy
-@pytest.mark.parametrize(("strength", "verdict"), [(0.9, "stable"), (0.7, "unstable")])
-def test_a_mesh_has_the_verdict_of_the_same_rock_cut(tmp_path, mesh, strength, verdict):
-    """35 degrees times a part of their strength against a dip of 30: tan 30 / tan 35 = .8245."""
+@pytest.mark.parametrize(
+    ("friction", "verdict"), [(30.001, "stable"), pytest.param(29.999, "unstable", marks=pytest.mark.heavy)]
+)
+def test_the_block_on_the_joint_of_a_mesh_slides_below_the_friction_of_its_dip(tmp_path, mesh, friction, verdict):
+    """To a thousandth of a degree: the strength of 35 degrees is reduced to the friction; the joint dips 30."""
     (tmp_path / "incline.msh").write_bytes(mesh.read_bytes())
-    found = []
-    for name, given, cut in (("box", BOX, CUT), ("mesh", MESH, "")):
-        path = tmp_path / f"{name}.toml"
-        path.write_text(MODEL.format(mesh=given, cut=cut, strength=strength))
-        found.append(bsm.run(bsm.load(path)))
-    for results in found:
-        assert [stage.status for stage in results.stages][-1] == verdict
+    strength = np.tan(np.radians(friction)) / np.tan(np.radians(35))
+    (tmp_path / "model.toml").write_text(MODEL.format(mesh=MESH, cut="", strength=strength))
+    results = bsm.run(bsm.load(tmp_path / "model.toml"))
+    assert [stage.status for stage in results.stages] == ["stable", "stable", verdict]
 
 
 def test_groups_by_other_names(tmp_path):
@@ -178,13 +177,43 @@ def test_model_files_that_do_not_fit_the_mesh(case: Case, mesh, given, cut, matc
     assert match in " ".join(outcome.err.split())
 
 
-def test_key_blocks_of_a_mesh(case: Case, mesh):
-    """The block under the lid slides on its joint: tan 35 / tan 30."""
-    case.write("incline.msh", mesh.read_text())
-    free = MODEL.format(mesh=MESH, cut="[key_blocks]\nrequired = 1.5\n", strength=1.0)
-    case.write("model.toml", free)
+WEDGE = """
+dimensions = 3
+[mesh]
+file = "wedge.msh"
+
+[rock.granite]
+unit_weight = "26 kN/m^3"
+
+[joint.A]
+normal_stiffness = "1 GPa/m"
+shear_stiffness = "1 GPa/m"
+law = "mohr_coulomb"
+friction = 40
+
+[joint.B]
+normal_stiffness = "1 GPa/m"
+shear_stiffness = "1 GPa/m"
+law = "mohr_coulomb"
+friction = 50
+
+[key_blocks]
+required = 1.5
+free = ["face", "top"]
+"""
+
+
+def test_key_blocks_of_a_mesh(case: Case):
+    """A tetrahedron of 1.125 m3: (tan 40 + tan 50) / 2 times 1.2247 by Hoek & Bray; its neighbours reach the sides."""
+    wedge(case.folder / "wedge.msh")
+    case.write("model.toml", WEDGE)
     outcome = case.run("key-blocks", "model.toml", "--json", "--no-picture")
     assert outcome.code == 0, outcome.err
     told = json.loads(outcome.out)
-    assert told["blocks"] == 3
-    print(told)
+    assert (told["blocks"], told["removable"]) == (4, 1)
+    assert_allclose(told["volume"], 1.125, rtol=ROUNDING)
+    (factor,) = told["slides"].values()
+    dip = np.degrees(np.arccos(1 / np.sqrt(3)))
+    assert_allclose(
+        factor, wedge_factor((dip, 135), (dip, 225), 1.125, (0, 0), 26e3, (40, 50), (0, 0)), rtol=1e-6
+    )  # six digits are printed
