@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bsm_mesh.results.results import Results
     from bsm_mesh.solve.continuation.plan import Route
     from bsm_mesh.solve.stages.checkpoint import Resumption
-    from bsm_mesh.solve.stages.scheme import Reporter, Scheme
+    from bsm_mesh.solve.stages.scheme import Prover, Reporter, Scheme
 
 Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
@@ -174,8 +174,16 @@ def solve(
     from bsm_mesh.results.histories import Recorder
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
 
+    def prove(part: Model, down: IntArray) -> Proof:
+        from bsm_mesh.solve.limit.proof import prove as proof_of  # of every unstable block only
+
+        if not proves:
+            return Proof(text="no proof was asked for")
+        report("limit analysis")
+        return space.proof_in_space(part) if in_space(part.blocks) else proof_of(part, down)
+
     if has_zones(model):
-        return _solve_zones(model, options, observer, report, snapshot, finished, resumption)
+        return _solve_zones(model, options, observer, report, snapshot, finished, resumption, prove)
     report("contacts")
     scheme, pressed, notes, flow = _scheme_of(model, options, report, route)
     recorder = Recorder(model)
@@ -188,14 +196,6 @@ def solve(
 
     def check(stage: StageResult) -> tuple[str, ...]:
         return results((stage,)).check().faults
-
-    def prove(part: Model, down: IntArray) -> Proof:
-        from bsm_mesh.solve.limit.proof import prove as proof_of  # of every unstable block only
-
-        if not proves:
-            return Proof(text="no proof was asked for")
-        report("limit analysis")
-        return space.proof_in_space(part) if in_space(part.blocks) else proof_of(part, down)
 
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))
@@ -244,6 +244,7 @@ def _solve_zones(
     snapshot: Snapshot,
     finished: Finished,
     resumption: Resumption | None,
+    prove: Prover,
 ) -> Results:
     """Return the results of a model with zones; arguments as in `solve`. A stage is one step, without checkpoints."""
     from dataclasses import replace
@@ -272,4 +273,4 @@ def _solve_zones(
         finished(results(tuple(done), finished=False))
         return stage
 
-    return results(solve_zones(model, options, report, end, None if resumption is None else resumption.until))
+    return results(solve_zones(model, options, report, end, prove, None if resumption is None else resumption.until))

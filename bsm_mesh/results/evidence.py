@@ -251,6 +251,9 @@ class Proof:
     witness: Witness | None = None
 
 
+LATER_BOLTS = Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
+
+
 def law_table(laws: tuple[JointLaw, ...]) -> LawTable:
     """Return kind and parameters of laws; of one of the user's own its name alone."""
     return tuple(_described(law) for law in laws)

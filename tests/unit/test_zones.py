@@ -172,17 +172,51 @@ def small_folder(tmp_path):
     return tmp_path
 
 
-def test_falling_blocks_have_no_equilibrium_in_zones():
-    """Without the wall's side a smooth, steep joint lets the upper block slide: rigid blocks fall, zones say so."""
+def collapsing(kind):
+    """Return a model that collapses, and the blocks that do."""
+    bottom = {"joints": [JOINT], "default_joint": "J1", "supports": [bsm.Fixed(boundary="bottom")]}
+
+    def built(polygons, **given):
+        blocks = bsm.Blocks.from_polygons(polygons, rock="gneiss").with_boundary("bottom", lambda x, y: y < 1e-9)
+        return bsm.Model(blocks=blocks, rocks=[GNEISS], **{**bottom, **given})
+
+    column = [rectangle(0, y, 1, y + 1) for y in range(3)]
     smooth = dataclasses.replace(JOINT, law=bsm.MohrCoulomb(friction=5))
-    wedge = [[(0, 0), (2, 0), (2, 2)], [(0, 0), (2, 2), (0, 2)]]
-    blocks = bsm.Blocks.from_polygons(wedge, rock="gneiss").with_boundary("bottom", lambda x, y: y < 1e-9)
-    model = bsm.Model(
-        blocks=blocks, rocks=[GNEISS], joints=[smooth], default_joint="J1", supports=[bsm.Fixed(boundary="bottom")]
-    )
+    return {
+        "apart": (built([rectangle(0, 0, 1, 1), rectangle(3, 0.5, 4, 1.5)]), [1]),
+        "undercut": (built(column, stages=[bsm.Stage(name="dig", excavate=[1])]), [2]),
+        "may slide": (wall(supports=[bsm.NormalRoller(boundary="left")]), [0, 1, 2, 3]),
+        "wedge": (built([[(0, 0), (2, 0), (2, 2)], [(0, 0), (2, 2), (0, 2)]], joints=[smooth]), [1]),
+        "in two parts": (
+            built(column, stages=[bsm.Stage(name="dig", excavate=[1], relaxation=[0.5, 1.0])]),
+            [2],
+        ),
+    }[kind]
+
+
+@pytest.mark.parametrize("kind", ["apart", "undercut", "may slide", "wedge", "in two parts"])
+def test_a_collapse_is_an_answer(kind, tmp_path):
+    """Blocks that nothing holds, and a wedge on a smooth plane: unstable, named, and proved by virtual work."""
+    model, down = collapsing(kind)
     results = bsm.run(model)
-    assert results.status == "not_converged"
-    assert "leave zones out to see whether blocks fall" in results.stages[0].reason
+    stage = results.stages[-1]
+    assert results.status == "unstable"
+    assert stage.unstable_blocks.tolist() == down
+    assert stage.proof.witness is not None
+    folder = results.save(tmp_path / "out")
+    verify = [sys.executable, "-m", verify_certificate.__name__, folder]
+    done = subprocess.run(verify, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert "proved" in done.stdout
+
+
+def test_parts_that_no_load_moves_are_refused():
+    """Any place of a free part without load is as good as another."""
+    blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(3, 0, 4, 1)], rock=["gneiss", "light"])
+    light = dataclasses.replace(GNEISS, name="light", unit_weight=0.0)
+    model = bsm.Model(blocks=blocks, rocks=[GNEISS, light], supports=[bsm.Fixed(blocks=[0])])
+    with pytest.raises(bsm.ModelError, match=r"about \(3.5, 0.5\) is free to move"):
+        bsm.run(model)
 
 
 def test_large_movements_are_refused():
@@ -207,7 +241,7 @@ REFUSED = [
     (lambda: bsm.run(wall(), bsm.Options(scheme="linear")), "is of rigid blocks"),
     (lambda: bsm.run(wall(), bsm.Options(linear_solver="pardiso")), "does not solve zones"),
     (lambda: bsm.run(wall(rocks=[dataclasses.replace(GNEISS, zones=bsm.Zones(size=1e-5)), RIGID])), "triangles"),
-    (lambda: bsm.run(wall(supports=[bsm.NormalRoller(boundary="left")])), "free to move"),
+    (lambda: bsm.run(wall(supports=[])), "free to move"),
     (lambda: bsm.factor_of_safety(wall()), "safety: zones"),
     (lambda: bsm.spread(bsm.run(wall())), "spread: zones"),
     (lambda: compare(wall(), bsm.run(wall())), "finite elements already"),

@@ -144,8 +144,8 @@ def test_strength_of_a_specimen_with_a_joint(angle, size):
 
     assert bsm.run(loaded(0.998 * peak)).status == "stable"
     beyond = bsm.run(loaded(1.002 * peak))
-    assert beyond.status == "not_converged"
-    assert "zones" in beyond.stages[-1].reason
+    assert beyond.status == "unstable"
+    assert beyond.stages[-1].proof.witness is not None
 
 
 @pytest.mark.heavy

@@ -131,6 +131,8 @@ class GivenFiles:
         solver = self.model.get("solver", {})
         if stage["verdict"] != "unstable" or not solver or solver.get("scheme") == "linear":
             return []
+        if any("zones" in rock for rock in self.model.get("rock", {}).values()):  # which do not follow blocks
+            return []
         blocks = stage["unstable_blocks"]
         shift, turn = np.split(a["displacement"][blocks], [a["at"].shape[1]], axis=1)
         size = np.cbrt(a["volume"][blocks]) if is_in_space(a) else np.sqrt(a["area"][blocks])

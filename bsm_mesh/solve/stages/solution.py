@@ -19,7 +19,7 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.movements import distances
-from bsm_mesh.results.evidence import Proof
+from bsm_mesh.results.evidence import LATER_BOLTS, Proof
 from bsm_mesh.results.movement import displacement_of, moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
@@ -281,7 +281,7 @@ class StageSolution:
         if self._number and run.model.stages[self._number - 1].shaking is not None:
             return Proof(text="no proof was sought: limit analysis is of blocks at rest, and these were shaken")
         if bolts and self._number:
-            return Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
+            return LATER_BOLTS
         moved = float(distances(self._began_at[state.present]).max(initial=0.0))
         if moved > CONTACT_TOLERANCE * run.model.blocks.moments.median_size:
             return Proof(text=f"no proof was sought: blocks moved by {moved:.3g} m before")

@@ -15,6 +15,7 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.model.zones import zone_order
 from bsm_mesh.results.records import StageResult, Status
+from bsm_mesh.solve.zones.collapse import Prover, with_proof
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.mesh import Discretization
 from bsm_mesh.solve.zones.stage_result import Before, stage_result
@@ -52,6 +53,7 @@ def solve_zones(
     options: Options,
     report: Callable[[str], None],
     finished: Callable[[StageResult], StageResult],
+    prove: Prover,
     until: int | None = None,
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not at rest.
@@ -66,6 +68,8 @@ def solve_zones(
         Gets the name of each task.
     finished : callable
         Gets every stage and returns it as it is kept.
+    prove : callable
+        Says whether forces within strength balance the loads of a model, of which some blocks fall.
     until : int, optional
         Number of the last stage; None: of the model.
 
@@ -84,6 +88,7 @@ def solve_zones(
     for number, end in enumerate(_named(ends, model, report)):
         before = replace(before, seconds=time.perf_counter() - began)
         stage = stage_result(continuum, end, before, number, options.tolerance)
+        stage = with_proof(continuum, end, stage, number, prove)
         if number == 0:
             stage = replace(stage, notes=tuple(notes_of(model)))
         stage = finished(stage)

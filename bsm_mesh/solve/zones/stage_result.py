@@ -17,6 +17,7 @@ from bsm_mesh.results.zones import ZoneResult
 from bsm_mesh.solve.algebra.constraints import build_constraints
 from bsm_mesh.solve.algebra.loads import force_sums, mean_force, reference_weight, relative_residual
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
+from bsm_mesh.solve.zones.collapse import loose_blocks
 from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
 from bsm_mesh.solve.zones.small_displacements import moved_far
@@ -93,7 +94,7 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         contacts=contacts,
         supports=supports,
         bolts=bolts,
-        unstable_blocks=np.zeros(0, np.int32),
+        unstable_blocks=loose_blocks(of, end),
         start_residual=0.0,
         residual=relative,
         reference_weight=reference,
@@ -107,12 +108,6 @@ def _at_nodes(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
     """Return the unbalanced forces at the nodes of every block, and the reactions."""
     assert of.apart is not None
     return of.apart.out_of_balance(end), of.apart.reactions(end)
-
-
-def _water(end: StageEnd) -> WaterLoad:
-    """Return the water of a stage."""
-    table = None if end.water is None else end.water.load.water
-    return WaterLoad(end.model.replace(water=table, stages=(), bolts=(), in_situ=None))
 
 
 def _contacts(of: Continuum, end: StageEnd, left: FloatArray) -> ContactForces:
@@ -217,6 +212,8 @@ def _pore_pressure(of: Continuum, end: StageEnd) -> FloatArray:
 def _verdict(
     of: Continuum, end: StageEnd, found: ContinuumSolution, position: FloatArray, residual: float, tolerance: float
 ) -> tuple[Status, str]:
+    if end.loose:
+        return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
     if not found.converged:
         return Status.NOT_CONVERGED, NO_EQUILIBRIUM
     if far := moved_far(of.model.blocks, position, end.present):

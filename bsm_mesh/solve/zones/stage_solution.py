@@ -22,6 +22,7 @@ from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.small_displacements import moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.supports import nodal_unknowns
+from bsm_mesh.solve.zones.system import LoosePart
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
@@ -50,6 +51,8 @@ class StageEnd:
         Forces out of balance there, and the state of joints and bolts.
     bolts : EmbeddedBolts or None
         The bolts.
+    loose : list of LoosePart
+        Parts that nothing holds; with any of them no equilibrium was sought.
     stiffness : (t, 3, 3) float64 [Pa]
         Of the rock.
     initial_stress : (3, t, i) float64 or None [Pa]
@@ -84,6 +87,7 @@ class StageEnd:
     fills: tuple[Fill, ...]
     at: Iterate
     bolts: EmbeddedBolts | None
+    loose: list[LoosePart]
     stiffness: FloatArray
     initial_stress: FloatArray | None
     water: PoreWater | None

@@ -44,7 +44,7 @@ from bsm_mesh.solve.zones.placed_points import joint_points
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.stage_solution import StageEnd, stage_solution
 from bsm_mesh.solve.zones.supports import held_displacements
-from bsm_mesh.solve.zones.system import FreeUnknowns, refuse_free_motion
+from bsm_mesh.solve.zones.system import FreeUnknowns, loose_parts, refuse_loose
 from bsm_mesh.solve.zones.tangents import Tangents
 
 PARTS = 4  # of the unbalanced force, one after the other, where all at once leads nowhere
@@ -146,6 +146,7 @@ class Continuum:
         )
         found: list[ContinuumSolution] = []
         for end in self.ends(elasticity, count, near):
+            refuse_loose(end.loose)
             seconds = self.seconds + time.perf_counter() - began
             found.append(stage_solution(self, end, elasticity.name, seconds, notes))
             if not found[-1].converged:
@@ -252,10 +253,13 @@ class _Run:
         loads = self._loads(present)
         equations = self.equations(present, loads)
         held = equations.free.supports
-        refuse_free_motion(held, of.basis, cells, of.ties[:, both])
         for part in parts:
             held_back = state.held_back(part)
             equations = replace(equations, load=equations.load - held_back)
+            at, converged = equations.at(state.u, equations.free.none), False
+            loose = loose_parts(held, of.basis, cells, of.ties[:, both], at.residual)
+            if loose:
+                break
             if self.near is not None and part == parts[-1]:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
@@ -274,6 +278,7 @@ class _Run:
             fills=state.fills,
             at=at,
             bolts=equations.bolts,
+            loose=loose,
             stiffness=self.stiffness,
             initial_stress=self.initial_stress,
             water=state.water,

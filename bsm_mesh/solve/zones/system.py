@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,11 +11,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import ModelError, place
+from bsm_mesh.errors import ModelError, place, raise_faults
 from bsm_mesh.solve.zones.supports import HeldDisplacements, nodal_unknowns
 
 SOLVED = 1e-6  # of the displacements: a larger misfit of the supports means that they contradict each other
 RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one is a motion that nothing holds
+DRIVEN = 1e-9  # of the sum of forces on a part: more work of them on a motion, of 1 at most, is no rounding
 PIVOT = 0.01  # of a column's greatest entry; friction makes a matrix unsymmetric, but rarely less than definite
 HINGED = "parts that touch at a single point are hinged there; hold them, or remove them"
 
@@ -152,8 +153,28 @@ def _superlu(A: Any, ordering: str) -> Any:
         raise ModelError(f"the continuum's equations are singular: {HINGED}") from None
 
 
-def refuse_free_motion(supports: HeldDisplacements, basis: Any, cells: IntArray, ties: IntArray) -> None:
-    """Raise if a connected part has a rigid motion that no support holds.
+class LoosePart(NamedTuple):
+    """A connected part of the rock with a rigid motion that no support holds.
+
+    Attributes
+    ----------
+    cells : (k,) int
+        Its cells.
+    place : (2,) float64 [m]
+        Its middle.
+    is_driven : bool
+        Whether the unbalanced force does work on such a motion.
+    """
+
+    cells: IntArray
+    place: FloatArray
+    is_driven: bool
+
+
+def loose_parts(
+    supports: HeldDisplacements, basis: Any, cells: IntArray, ties: IntArray, residual: FloatArray
+) -> list[LoosePart]:
+    """Return the connected parts with rigid motions that no support holds.
 
     Parameters
     ----------
@@ -165,6 +186,8 @@ def refuse_free_motion(supports: HeldDisplacements, basis: Any, cells: IntArray,
         The cells that are there.
     ties : (2, l) int
         Pairs of unknowns that hold two cells together besides the nodes that these share.
+    residual : (N,) float64 [N/m]
+        Unbalanced force.
     """
     node_dofs = nodal_unknowns(basis)
     together = basis.element_dofs[:, cells]  # each cell ties its first unknown to all its others
@@ -188,15 +211,25 @@ def refuse_free_motion(supports: HeldDisplacements, basis: Any, cells: IntArray,
     of_part = np.concatenate([part_of_dof[supports.held], part_of_dof[first]])
     gram = np.zeros((count, 3, 3))
     np.add.at(gram, of_part, held[:, :, None] * held[:, None, :])
-    strength = np.linalg.eigvalsh(gram)
+    strength, axes = np.linalg.eigh(gram)
     there = np.zeros(count, dtype=bool)
     there[part_of_dof[together.ravel()]] = True
-    loose = np.flatnonzero(there & (strength[:, 0] <= RANK * np.maximum(strength[:, 2], 1e-300)))
-    if loose.size:
-        raise ModelError(
-            [
-                f"finite elements: the rock about {place(tuple(where[part == p].mean(axis=0)))} is free to move as a "
-                "whole; hold a boundary, a block or a point of it, or leave zones out to see it fall"
-                for p in loose[:20]
-            ]
-        )
+    found = []
+    for p in np.flatnonzero(there & (strength[:, 0] <= RANK * np.maximum(strength[:, 2], 1e-300))):
+        own = part_of_dof == p
+        free = axes[p][:, strength[p] <= RANK * max(strength[p, 2], 1e-300)]
+        work = np.abs(residual[own] @ motions[own] @ free).max()
+        driven = bool(work > DRIVEN * np.abs(residual[own]).sum())
+        found.append(LoosePart(cells[part_of_dof[together[0]] == p], where[part == p].mean(axis=0), driven))
+    return found
+
+
+def refuse_loose(parts: Sequence[LoosePart]) -> None:
+    """Raise if there are parts with rigid motions that no support holds."""
+    raise_faults(
+        [
+            f"finite elements: the rock about {place(tuple(part.place))} is free to move as a whole; hold a boundary, "
+            "a block or a point of it"
+            for part in parts[:20]
+        ]
+    )

@@ -1,0 +1,95 @@
+"""Collapse of blocks with zones: parts that nothing holds, and mechanisms that limit analysis proves.
+
+Stress within blocks only adds conditions to those of rigid blocks. So where no forces on the faces of rigid blocks
+balance the loads within strength, none do in zones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.submodel import SubModel, submodel_of
+from bsm_mesh.model.supports import bars_of
+from bsm_mesh.movements import angles, distances
+from bsm_mesh.results.evidence import LATER_BOLTS, Proof
+from bsm_mesh.results.records import StageResult, Status
+from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.stages import Continuum
+from bsm_mesh.solve.zones.system import refuse_loose
+
+Prover = Callable[[Model, IntArray], Proof]
+NAMED = 0.25  # of the largest movement: blocks that moved further are named, as among rigid blocks
+PROVED = "no equilibrium was found in the zones, and none exists: no forces within strength balance the loads"
+
+
+def loose_blocks(of: Continuum, end: StageEnd) -> IntArray:
+    """Return the blocks of parts that nothing holds and loads move, (k,).
+
+    Raises
+    ------
+    ModelError
+        If the model has no support, or loads move none of those parts: any place of them is as good as another.
+    """
+    driven = [part for part in end.loose if part.is_driven]
+    if end.loose and not (driven and of.model.supports):
+        refuse_loose(end.loose)
+    cells = np.concatenate([np.zeros(0, np.int32), *(part.cells for part in driven)]).astype(np.int32)
+    return np.unique(of.mesh.block[cells])
+
+
+def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, prove: Prover) -> StageResult:
+    """Return a stage that is not at rest with what limit analysis says: where that proves a collapse, it is unstable.
+
+    Parameters
+    ----------
+    of : Continuum
+        The cells.
+    end : StageEnd
+        The end of the stage.
+    stage : StageResult
+        Its result.
+    number : int
+        Of the stage.
+    prove : callable
+        Says whether forces within strength balance the loads of a model, of which some blocks fall.
+    """
+    if stage.status is Status.STABLE:
+        return stage
+    if end.model.bolts and number:
+        return replace(stage, proof=LATER_BOLTS)
+    part, gyration = _submodel(of, end, stage), of.model.blocks.moments.gyration
+    down = stage.unstable_blocks if stage.unstable_blocks.size else _fastest(stage.displacement, gyration)
+    proof = prove(part.model, np.searchsorted(part.block, down).astype(np.int32))
+    if proof.witness is None:
+        return replace(stage, proof=proof) if stage.status is Status.UNSTABLE else stage
+    witness = proof.witness.in_whole(part)
+    if stage.status is not Status.UNSTABLE:
+        named = _fastest(witness.velocity, gyration)
+        stage = replace(stage, status=Status.UNSTABLE, reason=PROVED, unstable_blocks=named)
+    return replace(stage, proof=replace(proof, witness=witness))
+
+
+def _fastest(movement: FloatArray, gyration: FloatArray) -> IntArray:
+    """Return the blocks that move by more than `NAMED` of the largest movement (n, 3), (k,)."""
+    moves = np.maximum(distances(movement), gyration * angles(movement))
+    named: IntArray = np.flatnonzero(moves > NAMED * moves.max(initial=0.0)).astype(np.int32)
+    return named
+
+
+def _submodel(of: Continuum, end: StageEnd, stage: StageResult) -> SubModel:
+    """Return the blocks that are there, as rigid ones under the forces of the stage."""
+    given = stage.evidence
+    assert given is not None
+    assert given.load_block is not None
+    assert given.load_point is not None
+    assert given.load_force is not None
+    forces = PointForces(block=given.load_block, point=given.load_point, force=given.load_force)
+    water = None if end.water is None else end.water.load.water
+    part = submodel_of(end.model, end.present, bars_of(of.model.supports, of.model.blocks), forces, water)
+    return replace(part, model=part.model.replace(bolts=[bolt for bolt in end.model.bolts if bolt.stage is None]))
