@@ -68,6 +68,7 @@ BASE_OPTIONS: Mapping[str, float] = {
     "Mesh.Optimize": 1,
 }
 
+ENTITIES = ("point", "curve", "surface", "volume")  # by their dimension
 _LAST = "name groups last, after fragmenting and synchronising"
 _ONE_AT_A_TIME = threading.RLock()  # Gmsh has one state for the whole process
 _NUMBERS = itertools.count(1)
@@ -140,13 +141,15 @@ def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = N
             yield gmsh
 
 
-def name_groups(groups: Mapping[str, Sequence[int]]) -> None:
+def name_groups(groups: Mapping[str, Sequence[int]], *, of_volumes: bool = False) -> None:
     """Make the physical groups of the current model, last of all: after fragmenting and synchronising.
 
     Parameters
     ----------
     groups : mapping of str to sequence of int
         Tags of curves or surfaces under a name ``kind:name``; the kind says which of the two.
+    of_volumes : bool
+        Whether blocks are volumes: tags are then those of surfaces or volumes.
 
     Raises
     ------
@@ -160,8 +163,8 @@ def name_groups(groups: Mapping[str, Sequence[int]]) -> None:
         if group is None:
             faults.append(f"group '{text}' is not of the form kind:name; write, for example, rock:gneiss")
             continue
-        dimension = group.kind.dimension
-        what = "surface" if dimension == 2 else "curve"
+        dimension = group.kind.dimension + of_volumes
+        what = ENTITIES[dimension]
         missing = sorted(set(tags) - {tag for _, tag in gmsh.model.getEntities(dimension)})
         if missing:
             faults.append(f"group '{text}': the model has no {what} {missing[0]}; synchronise before naming")
@@ -195,7 +198,7 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
     GeometryError
         Where the folder or file cannot be written; where there are no elements; where a group has
         none or has lost curves or surfaces to a fragmentation that came after it was named; where a
-        surface is in no group: Gmsh would leave its elements out without a word.
+        surface, or a volume where there are any, is in no group: Gmsh would leave its elements out without a word.
     """
     gmsh = load_gmsh()
     target = as_path("path", path)
@@ -223,21 +226,27 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
 
 
 def _group_faults(gmsh: Any) -> list[str]:
-    """Return the faults of the groups of the current model: without elements, or surfaces in none."""
-    meshed = {tag for _, tag in gmsh.model.getEntities(2) if len(gmsh.model.mesh.getElements(2, tag)[0])}
+    """Return the faults of the groups of the current model: without elements, or surfaces (volumes) in none."""
+
+    def meshed_of(dimension: int) -> set[int]:
+        entities = gmsh.model.getEntities(dimension)
+        return {tag for _, tag in entities if len(gmsh.model.mesh.getElements(dimension, tag)[0])}
+
+    volumes = meshed_of(3)
+    top, meshed = (3, volumes) if volumes else (2, meshed_of(2))
     if not meshed:
         return ["there are no elements to write; call gmsh.model.mesh.generate(2) first"]
     faults: list[str] = []
     grouped: set[int] = set()
     for dimension, number in gmsh.model.getPhysicalGroups():
         tags = [int(tag) for tag in gmsh.model.getEntitiesForPhysicalGroup(dimension, number)]
-        if dimension == 2:
+        if dimension == top:
             grouped.update(tags)
         if dimension and not any(len(gmsh.model.mesh.getElements(dimension, tag)[0]) for tag in tags):
             faults.append(f"group '{gmsh.model.getPhysicalName(dimension, number)}' has no elements; {_LAST}")
     if left := sorted(meshed - grouped):
         faults.append(
-            f"{len(left)} surface(s) with elements are in no group, the first is {left[0]}; "
+            f"{len(left)} {ENTITIES[top]}(s) with elements are in no group, the first is {left[0]}; "
             f"put each in a group rock:name; {_LAST}"
         )
     return faults

@@ -108,10 +108,10 @@ def output_folder(file: ModelFile | SpaceFile, path: Path, reach: Reach) -> Path
 
 def inputs_of(file: ModelFile | SpaceFile, path: Path) -> list[Path]:
     """Return the files that a model is made of: the model file, its mesh or script, its tables."""
-    if isinstance(file, SpaceFile):
-        given = [file.mesh.file, *(body.profile for body in file.excavation)]
-        return [path, *(path.parent / name for name in given if name is not None)]
     script = file.mesh.geometry if (file.mesh.geometry or "").endswith(".py") else None
+    if isinstance(file, SpaceFile):
+        given = [file.mesh.file, script, *(body.profile for body in file.excavation)]
+        return [path, *(path.parent / name for name in given if name is not None)]
     lines = (table.along.file for table in file.joint.values() if isinstance(table.along, LineFile))
     beside = (name for table in file.history for name in table.measured)
     names = [file.mesh.file, script, *(table.table for table in file.bolt), *lines, *beside]
@@ -155,7 +155,7 @@ def build_file(
     if isinstance(file, ModelFile):
         loaded = build_model(file, path, reach, report)
         return loaded.model, loaded.notes
-    report("cutting the rock" if file.mesh.file is None else "reading the mesh")
+    report("reading the mesh" if file.mesh.box is None else "cutting the rock")
     return build_space_model(file, path, reach), ()
 
 

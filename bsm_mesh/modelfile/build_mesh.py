@@ -18,6 +18,7 @@ from bsm_mesh.modelfile.build_marks import geometry_faults, marks_of
 from bsm_mesh.modelfile.mesh_tables import MeshTable
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_tables import RockBoxTable
 from bsm_mesh.text.interruption import heed_again
 from bsm_mesh.text.terminal import say
 
@@ -28,28 +29,52 @@ if TYPE_CHECKING:
 
 def read_blocks(file: ModelFile, path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
     """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
-    mesh, groups = file.mesh, file.groups
+    mesh = file.mesh
     if (mesh.file is None) == (mesh.geometry is None):
         given = "neither is" if mesh.file is None else "both are"
         raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'; {given} given")
+    with mesh_source(mesh, path, reach) as source:
+        with placed(path.name):
+            marks = marks_of(file, reach)
+        return _read(source, mesh, file.groups, marks, path.name)
+
+
+@contextmanager
+def mesh_source(mesh: MeshTable | RockBoxTable, path: Path, reach: Reach) -> Iterator[Path]:
+    """Yield the mesh file that a model file's `path` names, or that of its geometry, built in a temporary folder.
+
+    Raises
+    ------
+    ModelError
+        If there is no such mesh or geometry, or it may not be read.
+    """
     if mesh.file is not None:
         if mesh.file.endswith(".py"):
             raise ModelError(f'{path.name}: [mesh] file is a script; write geometry = "{mesh.file}"')
         if mesh.parameters:
             raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
         with placed(path.name):
-            source, marks = reach.mesh(mesh.file), marks_of(file, reach)
-        return _read(source, mesh, groups, marks, path.name)
+            source = reach.mesh(mesh.file)
+        yield source
+        return
     name = str(mesh.geometry)
     with placed(path.name):
-        geometry, marks = reach.geometry(name), marks_of(file, reach)
+        geometry = reach.geometry(name)
     with scratch_folder() as folder:
         target = folder / "mesh.msh"
         try:
             build_geometry(geometry, target, mesh.parameters)
-            return _read(target, mesh, groups, marks, path.name)
+            yield target
         except ModelError as error:  # the name of the temporary file says nothing to the user
             raise ModelError([fault.replace(str(target), f"mesh.msh of {name}") for fault in error.faults]) from error
+
+
+def unit_scale(unit: str) -> float:
+    """Return the length [m] of a mesh's unit."""
+    try:
+        return convert(f"1 {unit}", UNIT_OF_LENGTH)
+    except ValueError as error:
+        raise ModelError(f'[mesh] unit = "{unit}": {error}') from None
 
 
 def _read(
@@ -57,10 +82,8 @@ def _read(
 ) -> tuple[Blocks, MeshReport]:
     from bsm_mesh.converters import read_mesh
 
-    try:
-        scale = convert(f"1 {mesh.unit}", UNIT_OF_LENGTH)
-    except ValueError as error:
-        raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
+    with placed(model_file):
+        scale = unit_scale(mesh.unit)
     with placed(model_file) if marks is not None else nullcontext():
         return read_mesh(
             path,

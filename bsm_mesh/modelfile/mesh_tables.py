@@ -22,12 +22,12 @@ def _path_text(value: str) -> str:
 PathText = Annotated[str, AfterValidator(_path_text)]
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
     """Refuse numbers in a value that are infinite or none: no size of a geometry is."""
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError("must be a finite number")
     for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
-        _finite(part)
+        finite(part)
     return value
 
 
@@ -46,7 +46,7 @@ class MeshTable(Table):
     geometry: PathText | None = Field(
         default=None, description="a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
     )
-    parameters: dict[str, Annotated[Any, AfterValidator(_finite)]] = Field(
+    parameters: dict[str, Annotated[Any, AfterValidator(finite)]] = Field(
         default_factory=dict, description="parameters of the geometry"
     )
     unit: str = Field(default="m", description="unit of length of the mesh")

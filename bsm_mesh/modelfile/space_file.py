@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.modelfile.build_parts import make_joint, make_rock
 from bsm_mesh.modelfile.model_file import read_toml, sentences
@@ -91,10 +91,11 @@ def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
     folders = _made(faults, [partial(reach.output, file.output.folder or f"out/{path.stem}")])
     faults += source_faults(file) or _name_faults(file)
     raise_faults([f"{path.name}: {fault}" for fault in faults])
-    try:
-        blocks = _cut(file, sets, bodies) if file.mesh.file is None else read_space_mesh(file, reach)
-    except ModelError as error:
-        raise ModelError([f"{path.name}: {fault}" for fault in error.faults]) from error
+    if file.mesh.box is None:
+        blocks = read_space_mesh(file, path, reach)
+    else:
+        with placed(path.name):
+            blocks = _cut(file, sets, bodies)
     return LoadedSpace(
         path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints), output_folder=folders[0]
     )
@@ -143,7 +144,7 @@ def _name_faults(file: SpaceFile) -> list[str]:
     ]
     faults += (
         []
-        if file.mesh.file
+        if file.mesh.box is None
         else [
             f"[joint.{name}]: no [[joint_set]] or [[joint_plane]] has that name; leave it out, or give one"
             for name in file.joint

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from bsm_mesh.errors import ModelError, nearest, raise_faults
-from bsm_mesh.model.quantities import UNIT_OF_LENGTH
-from bsm_mesh.model.quantity import convert
+from pathlib import Path
+
+from bsm_mesh.errors import nearest, placed, raise_faults
+from bsm_mesh.modelfile.build_mesh import mesh_source, unit_scale
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -13,24 +14,27 @@ from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 def source_faults(file: SpaceFile) -> list[str]:
     """Return a sentence for what does not go together: a box and what cuts it, or a mesh and its groups."""
     mesh = file.mesh
-    if (mesh.box is None) == (mesh.file is None):
-        given = "neither is" if mesh.box is None else "both are"
-        return [f"[mesh] needs one of the keys 'box' and 'file'; {given} given"]
+    sources = [key for key in ("box", "file", "geometry") if getattr(mesh, key) is not None]
+    if len(sources) != 1:
+        given = f"given: {', '.join(sources) or 'none'}"
+        return [f"[mesh] needs one of the keys 'box', 'file' and 'geometry'; {given}"]
     if mesh.box is not None:
-        keys = [f"[mesh] {key}" for key in ("unit", "merge_tolerance", "blocks") if key in mesh.model_fields_set]
+        of_mesh = ("parameters", "unit", "merge_tolerance", "blocks")
+        keys = [f"[mesh] {key}" for key in of_mesh if key in mesh.model_fields_set]
         keys += ["[groups]"] if file.groups else []
         return [f"{key} is for a mesh, and [mesh] has a box; leave it out" for key in keys]
     tables = {"[[joint_set]]": file.joint_set, "[[joint_plane]]": file.joint_plane, "[[excavation]]": file.excavation}
     tables["[slope]"] = [] if file.slope is None else [file.slope]
     return [
-        f"{name} cuts a box, and [mesh] has a file; give the mesh groups joint:NAME, excavation:NAME, boundary:NAME"
+        f"{name} cuts a box, and [mesh] has a {sources[0]}; give the mesh groups joint:NAME, excavation:NAME, "
+        "boundary:NAME"
         for name, given in tables.items()
         if given
     ]
 
 
-def read_space_mesh(file: SpaceFile, reach: Reach) -> Polyhedra:
-    """Return the blocks of the mesh.
+def read_space_mesh(file: SpaceFile, path: Path, reach: Reach) -> Polyhedra:
+    """Return the blocks of the mesh, or of the geometry, that the model file's `path` names.
 
     Raises
     ------
@@ -40,19 +44,23 @@ def read_space_mesh(file: SpaceFile, reach: Reach) -> Polyhedra:
     from bsm_mesh.converters.three_d import read_polyhedra
 
     mesh = file.mesh
-    try:
-        scale = convert(f"1 {mesh.unit}", UNIT_OF_LENGTH)
-    except ValueError as error:
-        raise ModelError(f'[mesh] unit = "{mesh.unit}": {error}') from None
     only = next(iter(file.rock)) if len(file.rock) == 1 else None
-    blocks = read_polyhedra(
-        reach.mesh(mesh.file or ""),
-        groups=file.groups,
-        rock=mesh.rock or only,
-        blocks=mesh.blocks,
-        unit_scale=scale,
-        merge_tolerance=mesh.merge_tolerance,
-    )
+    with mesh_source(mesh, path, reach) as source, placed(path.name):
+        blocks = read_polyhedra(
+            source,
+            groups=file.groups,
+            rock=mesh.rock or only,
+            blocks=mesh.blocks,
+            unit_scale=unit_scale(mesh.unit),
+            merge_tolerance=mesh.merge_tolerance,
+        )
+        raise_faults(_unmatched(file, blocks))
+    return blocks
+
+
+def _unmatched(file: SpaceFile, blocks: Polyhedra) -> list[str]:
+    """Return a sentence for rocks and joints that only one of mesh and model file names."""
+    mesh = file.mesh
     faults = [
         f"rock:{name} of the mesh: there is no [rock.{name}]{nearest(name, file.rock)}"
         for name in blocks.rock_names
@@ -69,5 +77,4 @@ def read_space_mesh(file: SpaceFile, reach: Reach) -> Polyhedra:
         for name in file.joint
         if name not in (*blocks.joint_names, mesh.default_joint)
     ]
-    raise_faults(faults)
-    return blocks
+    return faults

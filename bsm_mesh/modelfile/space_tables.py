@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
@@ -12,7 +12,7 @@ from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
-from bsm_mesh.modelfile.mesh_tables import PathText, Table
+from bsm_mesh.modelfile.mesh_tables import PathText, Table, finite
 from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, SolverTable
 from bsm_mesh.modelfile.units import Lines, SpaceForce, Vector
 
@@ -43,6 +43,12 @@ class RockBoxTable(Table):
     )
     file: PathText | None = Field(
         default=None, description="instead of it: a mesh of volume elements, MSH 4.1, with the groups of [groups]"
+    )
+    geometry: PathText | None = Field(
+        default=None, description="instead of them: a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
+    )
+    parameters: dict[str, Annotated[Any, AfterValidator(finite)]] = Field(
+        default_factory=dict, description="parameters of the geometry"
     )
     unit: str = Field(default="m", description="unit of length of the mesh")
     merge_tolerance: Annotated[float, q.MERGE_TOLERANCE] = Field(

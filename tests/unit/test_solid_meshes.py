@@ -160,8 +160,8 @@ def test_surfaces_that_are_not_embedded_are_refused(tmp_path, mesh):
 @pytest.mark.parametrize(
     ("given", "cut", "match"),
     [
-        ("[mesh]\n", "", "[mesh] needs one of the keys 'box' and 'file'; neither is given"),
-        (MESH + "box = [[0, 0, 0], [2, 2, 3]]\n", "", "both are given"),
+        ("[mesh]\n", "", "[mesh] needs one of the keys 'box', 'file' and 'geometry'; given: none"),
+        (MESH + "box = [[0, 0, 0], [2, 2, 3]]\n", "", "given: box, file"),
         (MESH, CUT, "[[joint_plane]] cuts a box, and [mesh] has a file"),
         (BOX + 'unit = "mm"\n', CUT, "[mesh] unit is for a mesh, and [mesh] has a box"),
         (MESH + 'unit = "bar"\n', "", '[mesh] unit = "bar"'),

@@ -9,6 +9,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.commands.starters import next_command, starter_names
+from tests.scenes.rock_3d import wedge_factor, wedge_rock
 from tests.scenes.small_case import Case
 
 
@@ -39,6 +40,17 @@ def test_the_key_blocks_of_the_starter_are_found(case: Case) -> None:
     assert told["falls"]
     assert told["slides"]
     assert told["removable"] > len(told["falls"]) + len(told["slides"])
+
+
+def test_the_wedge_of_the_starter_has_the_factor_of_hoek_and_bray(case: Case) -> None:
+    case.run("new", "wedge", "mine")
+    told = json.loads(case.run("key-blocks", "mine/model.toml", "--json", "--no-picture").out)
+    planes = (45, 130), (55, 230)
+    _, _, volume, areas = wedge_rock(*planes, (70, 180), (0, 180), 20.0)
+    factor = wedge_factor(*planes, volume, areas, 25e3, (30, 35), (0, 0))
+    assert told["volume"] == pytest.approx(volume)
+    assert list(told["slides"].values()) == [pytest.approx(factor, abs=1e-6)]
+    assert 0.97 * factor < 1 < 0.98 * factor  # as its comment says
 
 
 def test_the_tunnel_can_be_changed(case: Case) -> None:
