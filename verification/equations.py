@@ -74,7 +74,7 @@ EQUATIONS: tuple[Equation, ...] = (
              holds=("bsm_mesh.model.face_stiffness:face_stiffness", "bsm_mesh.model.materials:Rock"),
              tests=("verification/test_continuum_moduli.py::test_squares",),
              note="one of three stiffnesses, and the default; what it makes of rock: "
-             "[theory](theory.md#3-what-continuum-the-blocks-represent)"),
+             "[theory](theory_continuum.md)"),
     Equation(numbers="3.25-3.26", what="two rocks in series; filling",
              holds=("bsm_mesh.model.face_stiffness:face_stiffness", "bsm_mesh.model.materials:Filling"),
              tests=("unit/test_materials.py::test_filling_is_a_layer",)),

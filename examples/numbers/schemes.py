@@ -8,7 +8,7 @@ from pathlib import Path
 import bsm_mesh as bsm
 from examples.numbers.pages import Table, markdown
 
-PAGE = "docs/theory.md"
+PAGE = "docs/theory_differences.md"
 ROOT = Path(__file__).parents[2]
 MOST_CYCLES = 500
 PARTS = (1e-4, 1e-6, 1e-8)  # least parts of the shear stiffness; the second is the default

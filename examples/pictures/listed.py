@@ -39,6 +39,15 @@ PICTURES = (
         shows="The method: rigid blocks, springs at the contacts, the law of a joint",
         mended="new",
     ),
+    *(
+        Drawn(target=f"docs/theory_{name}.png", script="examples/pictures/method.py", shows=shows, mended="new")
+        for name, shows in (
+            ("contact", "Theory: a face with its springs; rock, joint and rock in series"),
+            ("corner", "Theory: two corners that meet, a node of four blocks, a node on a straight edge"),
+            ("bolt", "Theory: a bolt across joints, the laws of its elements and its bond"),
+            ("loop", "Theory: the loop of a run, the methods of each phase, the verdicts"),
+        )
+    ),
     Drawn(
         target="docs/tutorial_unbolted.png",
         models=("tutorial/cutting.toml",),

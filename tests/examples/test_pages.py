@@ -87,7 +87,7 @@ NOT_RUN = {  # page, and how a block begins that is no program by itself: why
     ("CONTRIBUTING.md", "expected = 26e3"): STYLE,
     ("docs/extending.md", '"""Damped Newton\'s method'): A_METHOD,
     ("docs/extending.md", "    Phase.NEAR_REST: (DampedNewton()"): A_METHOD,
-    ("docs/theory.md", "import numpy as np"): "tests/unit/test_own_laws.py",
+    ("docs/theory_joint_laws.md", "import numpy as np"): "tests/unit/test_own_laws.py",
     ("docs/flow.md", "import bsm_mesh as bsm"): "tests/unit/test_flow_results.py reads these",
     ("docs/performance.md", "from bsm_mesh.solve.cluster import ranks"): "needs MPI: tests/unit/test_pardiso_mpi.py",
     ("docs/studies.md", "import pyarrow.parquet as pq"): "tests/unit/test_study.py reads that table",

@@ -72,7 +72,7 @@ def test_lengths_and_stiffness_add_up(name, points):
 
 
 def test_moment_stiffness_of_ends_and_gauss_points():
-    length, k = 2.0, 1e9  # docs/theory.md section 3: k L^3 / 4 at the ends, the right k L^3 / 12 at Gauss points
+    length, k = 2.0, 1e9  # docs/theory_contacts.md: k L^3 / 4 at the ends, the right k L^3 / 12 at Gauss points
     for points, share in (("ends", 4), ("gauss", 12)):
         _, contacts = table([rectangle(0, 0, length, 1), rectangle(0, 1, length, 2)], points)
         arm = contacts.point[:, 0] - length / 2

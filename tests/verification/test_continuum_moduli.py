@@ -1,4 +1,4 @@
-"""docs/theory.md section 3: the continuum that a mesh of rigid blocks and springs represents.
+"""docs/theory_continuum.md: the continuum that a mesh of rigid blocks and springs represents.
 
 Squares are exact: M* = E_N, nu* = 0, G* = E_T / 2. On triangles G* = E_N E_T / (E_N + E_T) and lambda* = E_N / 2 - G*,
 which the pair "triangle" inverts; Gmsh's triangles keep this within 2 %.
@@ -15,7 +15,7 @@ from tests.scenes.models import LINEAR, framed, stress_on_sides
 from tests.scenes.shapes import gmsh_triangles, grid, turned
 
 EXACT = 1e-8  # a uniform strain solves the equations; only rounding is lost
-TRIANGLES = 0.02  # docs/theory.md: 1900 irregular triangles or more
+TRIANGLES = 0.02  # docs/theory_continuum.md: 1900 irregular triangles or more
 E = 50e9
 S = 1e6
 UNIAXIAL, SHEAR = np.diag([0.0, -S]), np.array([(0.0, S), (S, 0.0)])

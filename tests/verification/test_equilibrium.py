@@ -1,4 +1,4 @@
-"""docs/theory.md section 2: reactions against loads 1e-10, every block to 1e-9 of a block's weight.
+"""docs/theory_contacts.md: reactions against loads 1e-10, every block to 1e-9 of a block's weight.
 
 Held on large models, on soft rock beside hard, far from the origin, in small and large units, without weight.
 """

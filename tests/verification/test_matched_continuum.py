@@ -1,4 +1,4 @@
-"""docs/theory.md section 3: the elastic constants of the continuum to which a mesh of rigid blocks tends.
+"""docs/theory_continuum.md: the elastic constants of the continuum to which a mesh of rigid blocks tends.
 
 Squares and triangles are in test_continuum_moduli.py; here are the other shapes, and the closed forms as a table. Each
 mesh is put under three uniform stresses; the plane through its inner blocks' displacements gives the mean strain.
@@ -33,7 +33,7 @@ def by_matched_continuum(model):
     [("triangle", 0.752, 0.336, 0.750), ("polygon", 0.899, 0.200, 0.971), ("quad", 1.125, 0.0, 0.500)],
 )
 def test_table_of_method(kind, modulus, poisson, shear):
-    """Against the measured table of docs/theory.md, mu = 0.25: closed forms within 3 % (Voronoi), else 0.5 %."""
+    """Against the measured table of docs/theory_continuum.md, mu = 0.25: closed forms within 3 % (Voronoi), else 0.5 %."""
     rock = bsm.Rock("rock", unit_weight=0, young=E, poisson=0.25)
     matched, exact = matched_elasticity(rock, kind), nominal_elasticity(rock)
     assert_allclose(exact.poisson, 1 / 3, rtol=1e-12)

@@ -19,10 +19,10 @@ K0 = MU / (1 - MU)
 SECTION_L2, SECTION_MAX = (
     0.06,
     0.12,
-)  # docs/theory.md section 3: 1000 to 4000 triangles, block against averaged continuum
-NEAR_L2 = {0.9: 0.12, 0.45: 0.08}  # docs/theory.md: all blocks r < 3a have 8.8 and 5.9 %
+)  # docs/theory_continuum.md: 1000 to 4000 triangles, block against averaged continuum
+NEAR_L2 = {0.9: 0.12, 0.45: 0.08}  # docs/theory_continuum.md: all blocks r < 3a have 8.8 and 5.9 %
 MATCHED_L2 = (
-    0.05  # docs/theory.md: displacements against the matched continuum at 4000 blocks; coarser ones hold it too
+    0.05  # docs/theory_continuum.md: displacements against the matched continuum at 4000 blocks; coarser ones hold it too
 )
 CONTINUUM = 0.015  # Eq. 3.46 takes gamma h for a uniform field: over the tunnel's height it is not
 
@@ -107,7 +107,7 @@ def test_stresses_near_the_tunnel(tunnel):
 
 
 def test_displacements_against_matched_and_nominal_continuum(tunnel):
-    """Against nominal E the stiffness of the thesis is 17-31 % off (docs/theory.md): that is the model, not a bug."""
+    """Against nominal E the stiffness of the thesis is 17-31 % off (docs/theory_continuum.md): that is the model, not a bug."""
     _, _, _, comparison = tunnel
     matched, nominal = comparison.displacement_errors
     assert matched.l2 < MATCHED_L2
