@@ -1,4 +1,4 @@
-"""Numbers of docs/theory_continuum.md and docs/theory_stages.md: the elastic continuum that a mesh of blocks represents."""
+"""Numbers of docs/theory_continuum.md and docs/theory_stages.md: the elastic continuum of a mesh of blocks."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ def _draw_face(axes: Any) -> None:
     _write(axes, 0.9, 0.4, "block b, rock E_b", fontsize=10)
     _arrow(axes, (1.0, 1.9), (4.6, 1.9), DIMENSION, "<|-|>")
     _write(axes, 2.8, 2.05, "L, the length that both share")
-    _write(axes, 2.8, 1.58, "each contact represents L/2", DARK)
+    _write(axes, 2.8, 1.58, "shear: L/2 each", DARK)
     _frame(axes, -0.2, 5.8, -0.2, 3.8)
     _title(
         axes,

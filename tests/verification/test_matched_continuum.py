@@ -33,7 +33,7 @@ def by_matched_continuum(model):
     [("triangle", 0.752, 0.336, 0.750), ("polygon", 0.899, 0.200, 0.971), ("quad", 1.125, 0.0, 0.500)],
 )
 def test_table_of_method(kind, modulus, poisson, shear):
-    """Against the measured table of docs/theory_continuum.md, mu = 0.25: closed forms within 3 % (Voronoi), else 0.5 %."""
+    """Against the table of docs/theory_continuum.md, mu = 0.25: closed forms within 3 % (Voronoi), else 0.5 %."""
     rock = bsm.Rock("rock", unit_weight=0, young=E, poisson=0.25)
     matched, exact = matched_elasticity(rock, kind), nominal_elasticity(rock)
     assert_allclose(exact.poisson, 1 / 3, rtol=1e-12)

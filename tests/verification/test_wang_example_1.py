@@ -21,9 +21,7 @@ SECTION_L2, SECTION_MAX = (
     0.12,
 )  # docs/theory_continuum.md: 1000 to 4000 triangles, block against averaged continuum
 NEAR_L2 = {0.9: 0.12, 0.45: 0.08}  # docs/theory_continuum.md: all blocks r < 3a have 8.8 and 5.9 %
-MATCHED_L2 = (
-    0.05  # docs/theory_continuum.md: displacements against the matched continuum at 4000 blocks; coarser ones hold it too
-)
+MATCHED_L2 = 0.05  # docs/theory_continuum.md: displacements, matched continuum, 4000 blocks; coarser ones hold it too
 CONTINUUM = 0.015  # Eq. 3.46 takes gamma h for a uniform field: over the tunnel's height it is not
 
 
@@ -107,7 +105,7 @@ def test_stresses_near_the_tunnel(tunnel):
 
 
 def test_displacements_against_matched_and_nominal_continuum(tunnel):
-    """Against nominal E the stiffness of the thesis is 17-31 % off (docs/theory_continuum.md): that is the model, not a bug."""
+    """With nominal E the thesis's stiffness is 17-31 % off (docs/theory_continuum.md): that is the model, not a bug."""
     _, _, _, comparison = tunnel
     matched, nominal = comparison.displacement_errors
     assert matched.l2 < MATCHED_L2
