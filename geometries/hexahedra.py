@@ -46,7 +46,7 @@ def write_hexahedra(
     boundaries : mapping of str to (blocks, side)
         Blocks whose side is in the boundary.
     name : str
-        What is built, for messages.
+        Name of the mesh in messages.
 
     Returns
     -------

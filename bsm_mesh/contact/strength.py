@@ -85,7 +85,7 @@ def _lines_of(law: JointLaw, length: FloatArray) -> tuple[FloatArray, FloatArray
     if not isinstance(law, StraightLaw):
         raise ModelError(
             f"limit analysis needs the shear strength of every joint as straight lines, and the law {name} has no "
-            "method strength_lines(length): give it one (docs/theory_joint_laws.md), or choose a law that has this method"
+            "method strength_lines(length): add it (docs/theory_joint_laws.md), or choose a law that has this method"
         )
     try:
         slope, intercept = (np.asarray(values, dtype=float) for values in law.strength_lines(length))

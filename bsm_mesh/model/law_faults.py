@@ -28,9 +28,7 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
     """
     who = f"the law {type(law).__name__}"
     if not callable(getattr(law, "respond", None)) or isinstance(law, type):
-        return [
-            f"{who}: has no method respond(pressure, trial_shear, length, failed); docs/theory_joint_laws.md describes laws"
-        ]
+        return [f"{who}: has no method respond(pressure, trial_shear, length, failed) (docs/theory_joint_laws.md)"]
     pressure = np.array([0.0, 0.0, 1e5, 1e5, 1e5, *PROBED, *([-1e3] * tension)])
     trial = np.array([0.0, 0.0, 1.0, 1e9, 1e9, *(1e9 for _ in PROBED), *([1.0] * tension)])
     failed = np.array([False, True, False, True, False, *(False for _ in PROBED), *([False] * tension)])

@@ -1,8 +1,7 @@
 """Check the certificates of a results folder from its files alone: ``python verify_certificate OUT``.
 
-This folder works alone: of the package it imports nothing, only NumPy. Copy it anywhere. What each ground proves is in
-docs/theory_certificates.md; what the arrays are in docs/user_guide.md. Exit code 0: every verdict is confirmed; 1: one
-does not.
+This folder imports NumPy and nothing else of the package. Copy it anywhere. docs/theory_certificates.md describes the
+proof of each ground, docs/certificates.md the arrays. Exit code 0: every verdict is confirmed; 1: one is not.
 """
 
 from .arrays_file import read_arrays
