@@ -22,6 +22,8 @@ html_theme_options = {
 html_title = f"bsm-mesh {release}"
 html_show_sourcelink = False
 html_copy_source = False
+html_static_path = ["static"]
+html_css_files = ["narrow.css"]
 
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
