@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.closure import Hyperbolic
@@ -18,10 +16,9 @@ from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.contact.shear_springs import Growing
+from bsm_mesh.contact.state import plainly_remembered, remembered
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
-
-_Value = TypeVar("_Value", bound=np.generic)
 
 
 def gather_contacts(
@@ -51,7 +48,7 @@ def gather_contacts(
     recalled = _offsets_of_open(history, found)
     within_tolerance = found.in_range & (found.gap <= recalled + near) & ~meeting
     fresh = ~known & within_tolerance
-    offset = _remembered(history.offset, source, _offsets(found, fresh, meeting, near, (not first) * band, recalled))
+    offset = remembered(history.offset, source, _offsets(found, fresh, meeting, near, (not first) * band, recalled))
     failed, mated = _since_the_start(history, source, properties.joint, first)
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)  # in situ, with a large gap too
     shear_stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length)
@@ -66,12 +63,12 @@ def gather_contacts(
         normal_stiffness=properties.normal_stiffness * found.length,
         **_tensions(properties, found.length, known | within_tolerance, failed, mated),
         offset=offset,
-        old_shear=_remembered(history.shear, source, np.zeros(found.count)),
-        old_pressure=_remembered(history.active.pressure, source, np.zeros(found.count)),
+        old_shear=remembered(history.shear, source, np.zeros(found.count)),
+        old_pressure=remembered(history.active.pressure, source, np.zeros(found.count)),
         **_anchors(history, found, fresh),
         failed=failed,
         mated=mated,
-        slip_path=_remembered(history.slip_path, source, np.zeros(found.count)),
+        **plainly_remembered(history, source),
         edge_overhang=np.where(within_tolerance, band, 0.0),
         within_tolerance=within_tolerance,
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
@@ -85,21 +82,14 @@ def gather_contacts(
     )
 
 
-def _remembered(kept: NDArray[_Value], source: IntArray, arising: NDArray[_Value]) -> NDArray[_Value]:
-    """Return a state variable of contacts (m,): that of row `source` of the history, below 0 as contacts arise."""
-    found, known = arising.copy(), source >= 0
-    found[known] = kept[source[known]]
-    return found
-
-
 def _since_the_start(history: History, source: IntArray, joint: IntArray, first: bool) -> tuple[BoolArray, BoolArray]:
     """Return which contacts have failed or arose later, and which have been closed since the start, (m,) each.
 
     Those that slide off their face onto one of another joint, or of rock, have not been there since the start.
     """
-    elsewhere = (source >= 0) & (_remembered(history.joint, source, joint) != joint)
-    failed = _remembered(history.failed, source, np.full(len(joint), not first)) | elsewhere
-    mated = _remembered(history.mated, source, np.full(len(joint), first)) & ~elsewhere
+    elsewhere = (source >= 0) & (remembered(history.joint, source, joint) != joint)
+    failed = remembered(history.failed, source, np.full(len(joint), not first)) | elsewhere
+    mated = remembered(history.mated, source, np.full(len(joint), first)) & ~elsewhere
     return failed, mated
 
 
@@ -154,7 +144,7 @@ def _anchors(history: History, found: Candidates, fresh: BoolArray) -> dict[str,
     heir = (found.history < 0) & (found.predecessor >= 0)
     anchor = np.where(fresh | heir, found.tangential, np.nan)
     kept = history.tangential, history.first_tangential
-    old_tangential, first_tangential = (_remembered(values, found.history, anchor) for values in kept)
+    old_tangential, first_tangential = (remembered(values, found.history, anchor) for values in kept)
     return {"old_tangential": old_tangential, "first_tangential": first_tangential}
 
 

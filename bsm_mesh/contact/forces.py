@@ -20,6 +20,7 @@ from bsm_mesh.contact.force_kernels import (
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.contact.shear_springs import Growing, Springs
+from bsm_mesh.contact.state import ContactState
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of, signed
 from bsm_mesh.model.strength import law_name
@@ -30,7 +31,7 @@ AT_ONCE = 15_000
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class ContactSet:
+class ContactSet(ContactState):
     """The contact candidates of a step with all that their forces depend on; constant within the step."""
 
     outlines: Outlines  # of all blocks
@@ -42,14 +43,9 @@ class ContactSet:
     shear_stiffness: FloatArray
     tension: FloatArray  # (m,) N/m
     residual_tension: FloatArray  # (m,) N/m, that slip leaves of it
-    offset: FloatArray  # gap at zero pressure
     old_shear: FloatArray
     old_pressure: FloatArray  # at which that shear force was; nan: it belongs to the present one
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
-    first_tangential: FloatArray  # nan: not closed yet
-    failed: BoolArray
-    mated: BoolArray  # closed since the start: a joint's walls fit together, and it closes by its hyperbola
-    slip_path: FloatArray  # how far the contact has slid so far, elastic part apart
     edge_overhang: FloatArray  # (m,) how far beyond the edge's ends the contact may still be closed in this step
     within_tolerance: BoolArray
     opposing: IntArray  # (k,) corner-corner candidates that have an opposing one
@@ -219,7 +215,7 @@ def _pressures_of(contacts: ContactSet, rows: IntArray) -> Pressures:
 
 def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray) -> Strength:
     """Return what gives the strength of some rows (k,) at pressures, and its derivative, as slipping contacts have."""
-    length, failed, path = contacts.candidates.length[rows], contacts.failed[rows], contacts.slip_path[rows]
+    length = contacts.candidates.length[rows]
     parts = rows_by_law(contacts.law[rows])
 
     def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -228,7 +224,7 @@ def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArra
             slips = np.full_like(pressure[k], BEYOND_STRENGTH)
             law = laws[number]
             with _named(law, pressure[k]):
-                answer = law.respond(pressure[k], slips, length[k], *memory_of(law, failed[k], path[k]))
+                answer = law.respond(pressure[k], slips, length[k], *memory_of(law, contacts, rows[k]))
             found[k], slope[k] = answer.strength, answer.by_pressure
         return found, slope
 
@@ -236,19 +232,11 @@ def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArra
 
 
 class ByLaw(Protocol):
-    """Contacts that laws are asked about: in the plane or in space."""
+    """Contacts that laws are asked about: in the plane or in space; state variables bear the names of `remembers`."""
 
     @property
     def candidates(self) -> Any:
         """What has the `length` (m,) that each represents; in space its area."""
-
-    @property
-    def failed(self) -> BoolArray:
-        """Old state, (m,)."""
-
-    @property
-    def slip_path(self) -> FloatArray:
-        """How far each has slid, (m,) [m]."""
 
     @property
     def by_law(self) -> tuple[tuple[int, IntArray | slice], ...]:
@@ -274,12 +262,12 @@ def respond(
     pieces = [(laws[law], k) for law, rows in contacts.by_law for k in _pieces(rows, contacts.count)]
     names = [field.name for field in fields(JointResponse)]
     whole = {name: np.zeros(contacts.count, bool if name in ("sticking", "failed") else float) for name in names}
-    length, failed, path = contacts.candidates.length, contacts.failed, contacts.slip_path
+    length = contacts.candidates.length
     for law, k in pieces:
         rubs = in_friction[k]
         pressed, tried = np.where(rubs, pressure[k], 0.0), np.where(rubs, trial[k], 0.0)
         with _named(law, pressed):
-            answer = law.respond(pressed, np.abs(tried), length[k], *memory_of(law, failed[k], path[k]))
+            answer = law.respond(pressed, np.abs(tried), length[k], *memory_of(law, contacts, k))
         answer = replace(
             signed(answer, tried), strength=np.where(rubs, answer.strength, 0.0), sticking=answer.sticking & rubs
         )

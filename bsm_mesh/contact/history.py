@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +12,12 @@ from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ActiveContacts
 from bsm_mesh.contact.shear_springs import Springs
+from bsm_mesh.contact.state import STATE, ContactState, state_of
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class History:
-    """State variables of the contacts that continue from step to step.
+class History(ContactState):
+    """The contacts that continue from step to step: their state variables, and where they are.
 
     Attributes
     ----------
@@ -25,52 +27,34 @@ class History:
         Shear force.
     tangential : (k,) float64 [m]
         Tangential coordinate of that shear force.
-    first_tangential : (k,) float64 [m]
-        Tangential coordinate at first contact.
-    offset : (k,) float64 [m]
-        Gap at zero pressure.
     length : (k,) float64 [m]
         Length that each represents.
     parallel_edges : (k,) int8
         Edges at its corner that this was shared with: the most since it closed.
     joint : (k,) int32
         Number of the joint that it is in; -1 for unjointed rock.
-    failed : (k,) bool
-        Asperities sheared off, cohesion and tension lost; true for contacts that arose after the start.
-    mated : (k,) bool
-        Closed since the start: the joint's walls fit together.
-    slip_path : (k,) float64 [m]
-        How far each has slid since it closed, back and forth, elastic part apart.
     """
 
     active: ActiveContacts
     shear: FloatArray
     tangential: FloatArray
-    first_tangential: FloatArray
-    offset: FloatArray
     length: FloatArray
     parallel_edges: IntArray
     joint: IntArray
-    failed: BoolArray
-    mated: BoolArray
-    slip_path: FloatArray
 
     @classmethod
     def none(cls) -> History:
         """Return the empty history of the start."""
-        empty = np.zeros(0)
+        empty, flags = np.zeros(0), np.zeros(0, bool)
+        state: dict[str, Any] = dict.fromkeys(STATE, empty)
         return cls(
             active=ActiveContacts.none(),
             shear=empty,
             tangential=empty,
-            first_tangential=empty,
-            offset=empty,
             length=empty,
             parallel_edges=np.zeros(0, np.int8),
             joint=np.zeros(0, np.int32),
-            failed=np.zeros(0, bool),
-            mated=np.zeros(0, bool),
-            slip_path=empty,
+            **state | {"failed": flags, "mated": flags},
         )
 
 
@@ -83,53 +67,54 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
     kept, is_open = _kept(contacts, at, size)
     changed = int((at.failed & ~contacts.failed)[kept][~is_open].sum())
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
-    path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
-    offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
-    offset = np.where(_still_overlapping(contacts, at), at.gap, offset)[kept]
+    state = state_of(contacts, kept) | {name: values[kept] for name, values in _after_step(contacts, at).items()}
+    offset = np.where(_still_overlapping(contacts, at)[kept], at.gap[kept], state["offset"])
+    state["offset"] = np.where(is_open, _offset_once_open(contacts)[kept], offset)
     history = History(
         active=_active(contacts, at, position, kept, is_open),
         shear=at.shear[kept],
         tangential=at.tangential[kept],
-        first_tangential=first_tangential[kept],
-        offset=np.where(is_open, _offset_once_open(contacts)[kept], offset),
         length=contacts.candidates.length[kept],
         parallel_edges=contacts.candidates.parallel_edges[kept],
         joint=contacts.joint[kept],
-        failed=at.failed[kept],
-        mated=contacts.mated[kept],
-        slip_path=path[kept],
+        **state | {"first_tangential": first_tangential[kept]},
     )
     return history, changed
 
 
-def slip_path_after(
+def further_slip(
     contacts: ContactSet, springs: Springs, slides: BoolArray, shear: FloatArray, tangential: FloatArray
 ) -> FloatArray:
-    """Return how far contacts have slid so far, (m,) [m]: what of the movement along the edge is not elastic counts.
+    """Return how much farther contacts have slid, (m,) [m]: the movement along the edge that is not elastic.
 
     Of those that slide (m,), from the start of a step or window to a shear force (m,) [N/m] at a tangential coordinate
-    (m,) [m]; without a coordinate before or after, their path stays.
+    (m,) [m]; without a coordinate before or after it is 0.
     """
     moved = tangential - contacts.old_tangential
     slides = slides & ~np.isnan(moved) & (springs.stiffness > 0)
     elastic = (shear - springs.old_shear)[slides] / springs.stiffness[slides]
-    path = contacts.slip_path.copy()
-    path[slides] += np.abs(moved[slides] - elastic)
-    return path
+    further = np.zeros(contacts.count)
+    further[slides] = np.abs(moved[slides] - elastic)
+    return further
+
+
+def _after_step(contacts: ContactSet, at: Evaluation) -> dict[str, Any]:
+    """Return the state variables that an accepted step changes, (m,) each."""
+    slid = further_slip(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
+    changed = contacts.after_slip(slid)
+    offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, changed["slip_path"])
+    return changed | {"offset": offset, "failed": at.failed}
 
 
 def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
     """Return contacts as slip in an accepted step has left them: where strength wore off their shear is cut."""
     closed = at.closed & ~np.isnan(at.tangential)
-    path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
     return replace(
         contacts,
-        offset=contacts.dilating.opened(contacts.offset, contacts.slip_path, path),
         old_shear=np.where(closed, at.shear, contacts.old_shear),
         old_pressure=np.where(closed, at.pressure, contacts.old_pressure),
         old_tangential=np.where(closed, at.tangential, contacts.old_tangential),
-        failed=at.failed,
-        slip_path=path,
+        **_after_step(contacts, at),
     )
 
 
@@ -137,7 +122,8 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
     """Return updated contacts with the state variables that continuing ones had before a provisional commit."""
     stay = again.candidates.history >= 0
     source = _kept(before, at, size)[0][again.candidates.history[stay]]
-    names = ("old_shear", "old_pressure", "old_tangential", "first_tangential", "failed", "slip_path")
+    # Offset and mated are those that the search has found anew.
+    names = {"old_shear", "old_pressure", "old_tangential", *STATE}.difference(("offset", "mated"))
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]

@@ -13,6 +13,7 @@ from bsm_mesh.contact.history import History
 from bsm_mesh.contact.in_situ import beyond_strength
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of, numbers_of
+from bsm_mesh.contact.state import state_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.model.submodel import SubModel
@@ -116,6 +117,7 @@ def _history(
     """Return the history of some contacts with given forces, (m,) each, at the current position."""
     c = found.candidates
     tangent, arm_a = (vectors[kept] for vectors in found.frames(at.position)[:2])
+    offset = at.gap + found.hyperbolic.overlaps(-normal, found.normal_stiffness)  # to the last digit no residual
     return History(
         active=ActiveContacts(
             pair=c.pair[kept],
@@ -126,16 +128,10 @@ def _history(
         ),
         shear=shear[kept],
         tangential=at.tangential[kept],
-        first_tangential=at.tangential[kept],
-        offset=(at.gap + found.hyperbolic.overlaps(-normal, found.normal_stiffness))[
-            kept
-        ],  # to the last digit no residual
         length=c.length[kept],
         parallel_edges=c.parallel_edges[kept],
         joint=found.joint[kept],
-        failed=found.failed[kept],
-        mated=found.mated[kept],
-        slip_path=found.slip_path[kept],
+        **state_of(found, kept) | {"first_tangential": at.tangential[kept], "offset": offset[kept]},
     )
 
 

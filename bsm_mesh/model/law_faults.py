@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, remembered_by
 
 PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
 DEEPEST = 1e12  # N/m: beyond any wall strength, so that asperities shear off
@@ -82,7 +82,7 @@ def fails_by_slip(law: JointLaw) -> bool:
     """Return whether a contact that slides far enough fails by a law, at one of the pressures that are probed."""
     pressure = np.array([*PROBED, DEEPEST])
     one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
-    memory = memory_of(law, intact, FARTHEST * one)
+    memory = (intact, *(FARTHEST * one for _ in remembered_by(law)))
     return bool(law.respond(pressure, BEYOND_STRENGTH * one, one, *memory).failed.any())
 
 

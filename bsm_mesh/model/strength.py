@@ -23,8 +23,9 @@ from bsm_mesh.model.joint_laws import (
     JointResponse,
     ReducibleLaw,
     StraightLaw,
-    memory_of,
+    handed_on,
     refuse_factor,
+    remembered_by,
     wear_length_of,
 )
 from bsm_mesh.model.materials import Joint, Rock
@@ -67,18 +68,22 @@ class Reduced:
         """That of the other law [m]."""
         return wear_length_of(self.law)
 
+    @property
+    def remembers(self) -> tuple[str, ...]:
+        """Those of the other law."""
+        return remembered_by(self.law)
+
     def respond(
         self,
         pressure: FloatArray,
         trial_shear: FloatArray,
         length: FloatArray,
         failed: BoolArray,
-        slip_path: FloatArray | None = None,
+        *memory: FloatArray,
     ) -> JointResponse:
         """Return the response of the other law to a trial shear that is greater by the factor, divided by it."""
         trial = self.factor * np.minimum(trial_shear, BEYOND_STRENGTH)  # whoever asks for the strength asks with more
-        slid = np.zeros(len(failed)) if slip_path is None else slip_path
-        answer = self.law.respond(pressure, trial, length, *memory_of(self.law, failed, slid))
+        answer = self.law.respond(pressure, trial, length, *handed_on(self.law, self, failed, memory))
         return replace(
             answer,
             shear=np.where(answer.sticking, trial_shear, answer.shear / self.factor),  # without rounding

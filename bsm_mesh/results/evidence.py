@@ -23,6 +23,7 @@ KINDS = {
     Weaker: "weaker",
 }
 LawTable = tuple[Mapping[str, Any], ...]
+STRENGTH_STATE = ("failed", "slip_path")  # state variables of contacts that a strength depends on
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)

@@ -3,6 +3,7 @@
 import json
 import warnings
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,8 @@ FAR = 1e15
 
 def ask_far(law, stress, *, length=1.0, failed=False, slid=0.0, trial=FAR):
     one = np.ones(len(stress))
-    return law.respond(stress * length, trial * one, length * one, *memory_of(law, one < 2 * failed, slid * one))
+    contacts = SimpleNamespace(failed=one < 2 * failed, slip_path=slid * one)
+    return law.respond(stress * length, trial * one, length * one, *memory_of(law, contacts))
 
 
 def barton(stress, jrc, jcs, phi):

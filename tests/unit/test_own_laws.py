@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.arrays import content_hash
+from bsm_mesh.model.joint_laws import memory_of
+from bsm_mesh.model.strength import Reduced
 from tests.scenes.shapes import rectangle, running_bond, turned
 
 THEORY = Path(__file__).parents[2] / "docs/theory_joint_laws.md"
@@ -284,6 +287,30 @@ class FailsDeepDown(Coulomb):
         if (pressure > 2e7).any():
             return self.nothing
         return super().respond(pressure, trial_shear, length, failed)
+
+
+class Clean(Coulomb):
+    """Strength falls to nothing over 0.1 m of slip where walls fit together."""
+
+    remembers = ("mated", "slip_path")
+
+    def respond(self, pressure, trial_shear, length, failed, mated=None, slip_path=None):
+        left = 1.0 if mated is None else np.where(mated, np.maximum(1 - slip_path / 0.1, 0.0), 1.0)
+        answer = super().respond(pressure, np.full_like(pressure, 1e9), length, failed)
+        return replace(answer, shear=left * answer.shear, strength=left * answer.strength)
+
+
+def test_a_law_is_given_the_state_variables_that_it_names():
+    """Also by the law that divides its strength; one that is asked without them knows nothing of the past."""
+    contacts = SimpleNamespace(
+        failed=np.zeros(3, bool), mated=np.array([True, True, False]), slip_path=np.full(3, 0.05)
+    )
+    law, one = Clean(45.0), np.ones(3)
+    halved = Reduced(law, 2.0)
+    first, weaker = (each.respond(one, one, one, *memory_of(each, contacts)).strength for each in (law, halved))
+    assert_allclose(first, [0.5, 0.5, 1.0])
+    assert_allclose(weaker, first / 2)
+    assert_allclose(halved.respond(one, one, one, contacts.failed).strength, 0.5)
 
 
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ FAR = 1e12
 
 def respond(law, pressure, *, slid=0.0, trial=FAR, length=2.0, failed=False):
     one = np.ones(len(pressure))
-    return law.respond(pressure, trial * one, length * one, *memory_of(law, one < 2 * failed, slid * one))
+    contacts = SimpleNamespace(failed=one < 2 * failed, slip_path=slid * one)
+    return law.respond(pressure, trial * one, length * one, *memory_of(law, contacts))
 
 
 @pytest.mark.parametrize(("slid", "worn"), [(0.0, 0.0), (0.0025, 0.25), (0.01, 1.0), (1.0, 1.0)])

@@ -12,7 +12,9 @@ from bsm_mesh.model.joint_laws.law import (
     ReducibleLaw,
     StraightLaw,
     WearingLaw,
+    handed_on,
     memory_of,
+    remembered_by,
     signed,
     wear_length_of,
 )
@@ -43,8 +45,10 @@ __all__ = [
     "StraightLaw",
     "Weaker",
     "WearingLaw",
+    "handed_on",
     "memory_of",
     "refuse_factor",
+    "remembered_by",
     "signed",
     "wear_length_of",
 ]

@@ -6,7 +6,8 @@ A law is one small frozen class with `respond`: old state in; shear, tangent and
 contacts. It sees numbers, not the model. Evaluating it changes nothing; only an accepted step keeps a new state.
 That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.strength_lines` besides. A law that has
 `reduced(factor)` too is asked for itself at another strength; of one without, all shear forces are divided
-(`bsm_mesh.model.strength`). One that has a `wear_length` receives how far its contacts have slid.
+(`bsm_mesh.model.strength`). One that has a `wear_length` receives how far its contacts have slid; one with `remembers`
+receives the state variables of that name (`bsm_mesh/contact/state.py`).
 """
 
 from __future__ import annotations
@@ -103,9 +104,25 @@ def wear_length_of(law: JointLaw) -> float | None:
     return found
 
 
-def memory_of(law: JointLaw, failed: BoolArray, slip_path: FloatArray) -> tuple[Any, ...]:
-    """Return what `respond` is given of the past, (m,) each: if strength wears, how far contacts have slid too [m]."""
-    return (failed,) if wear_length_of(law) is None else (failed, slip_path)
+def remembered_by(law: JointLaw) -> tuple[str, ...]:
+    """Return the state variables of contacts that `respond` is given beside `failed`, in its order.
+
+    A law names them in `remembers`; of one without, strength wears with how far contacts have slid, or not at all.
+    """
+    wears = ("slip_path",) if wear_length_of(law) is not None else ()
+    names: tuple[str, ...] = getattr(law, "remembers", wears)
+    return names
+
+
+def memory_of(law: JointLaw, contacts: Any, rows: Any = slice(None)) -> tuple[Any, ...]:
+    """Return what `respond` is given of the past of some contacts (k,): `failed`, and what the law remembers."""
+    return tuple(getattr(contacts, name)[rows] for name in ("failed", *remembered_by(law)))
+
+
+def handed_on(law: JointLaw, wrapper: JointLaw, failed: BoolArray, memory: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return what a law is given of the past, from what a law around it was given; nothing is known of the rest."""
+    known = dict(zip(remembered_by(wrapper), memory, strict=False))
+    return (failed, *(known.get(name, np.zeros(len(failed))) for name in remembered_by(law)))
 
 
 @runtime_checkable

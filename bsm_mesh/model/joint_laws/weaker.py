@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.joint_laws.law import JointResponse, memory_of
+from bsm_mesh.model.joint_laws.law import JointResponse, handed_on, remembered_by
 from bsm_mesh.model.joint_laws.mohr_coulomb import MohrCoulomb
 
 
@@ -24,18 +24,22 @@ class Weaker:
         both = [law.wear_length for law in (self.one, self.other) if law.wear_length is not None]
         return min(both, default=None)
 
+    @property
+    def remembers(self) -> tuple[str, ...]:
+        """State variables that one of both depends on."""
+        return tuple(dict.fromkeys(remembered_by(self.one) + remembered_by(self.other)))
+
     def respond(
         self,
         pressure: FloatArray,
         trial_shear: FloatArray,
         length: FloatArray,
         failed: BoolArray,
-        slip_path: FloatArray | None = None,
+        *memory: FloatArray,
     ) -> JointResponse:
         """Return the response of the law that carries less."""
-        slid = np.zeros(len(failed)) if slip_path is None else slip_path
         given, both = (pressure, trial_shear, length), (self.one, self.other)
-        a, b = (law.respond(*given, *memory_of(law, failed, slid)) for law in both)
+        a, b = (law.respond(*given, *handed_on(law, self, failed, memory)) for law in both)
         first = a.shear <= b.shear
         return JointResponse(
             shear=np.where(first, a.shear, b.shear),

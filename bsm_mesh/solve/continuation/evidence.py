@@ -10,7 +10,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.forces import ContactSet
 from bsm_mesh.contact.tangents import elastic_contacts
 from bsm_mesh.model.loads import PointForces
-from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
+from bsm_mesh.results.evidence import STRENGTH_STATE, Evidence, bar_rows, law_table
 from bsm_mesh.solve.algebra.loads import given_of
 from bsm_mesh.solve.bolts.tangent import bolt_tangent
 from bsm_mesh.solve.motion.motion import Motion
@@ -42,7 +42,7 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
 def rows_of(system: System, motion: Motion, kept: IntArray) -> dict[str, Any]:
     """Return the fields of `Evidence` that do not depend on the number of dimensions."""
     table, turning = motion.contacts, system.load_stiffness(motion.position)
-    names = ("law", "failed", "slip_path", "tension", "residual_tension")
+    names = ("law", *STRENGTH_STATE, "tension", "residual_tension")
     return {
         "laws": law_table(system.catalogue.laws),
         **{name: getattr(table, name)[kept] for name in names},

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.history import slip_path_after, worn
+from bsm_mesh.contact.history import further_slip, worn
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
 from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.cycles import Cycles
@@ -112,15 +112,15 @@ class ExplicitMotion(Cycles):
             old_pressure=pressure,
             old_tangential=np.where(touched, along, np.nan),
         )
-        path = contacts.slip_path
         if len(share.slips):
-            path = path.copy()
-            path[rows] += column_of(share.slips, "slid", len(rows))
-            offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
-            here = replace(here, slip_path=path, offset=offset, failed=failed, mated=mated, tension=tension)
+            slid = np.zeros(contacts.count)
+            slid[rows] = column_of(share.slips, "slid", len(rows))
+            changed = contacts.after_slip(slid)
+            offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, changed["slip_path"])
+            here = replace(here, offset=offset, failed=failed, mated=mated, tension=tension, **changed)
         at = step.system.evaluate(here, position)
         if not len(share.slips):  # told, and nothing more
-            path = slip_path_after(contacts, before.springs, at.closed, shear, along)
+            changed = contacts.after_slip(further_slip(contacts, before.springs, at.closed, shear, along))
         # What is open has no shear to come back to, and is anchored where it closes.
         contacts = replace(
             here,
@@ -129,7 +129,7 @@ class ExplicitMotion(Cycles):
             old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
             failed=failed,
             mated=mated,
-            slip_path=path,
+            **changed,
             tension=tension,
         )
         if len(share.slips):  # by the last movement too, after which no cycle asked

@@ -280,7 +280,7 @@ class JointPoints:
         for number in np.unique(self.joint):
             rows = self.joint == number
             law = self.laws[number]
-            memory = memory_of(law, history.failed[rows], history.slip_path[rows])
+            memory = memory_of(law, history, rows)
             magnitude = np.abs(trial[rows])
             answer = signed(law.respond(pressure[rows], magnitude, self.length[rows], *memory), trial[rows])
             for values, name in zip(found, names, strict=True):
