@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -104,6 +105,7 @@ def module_name(path: Path, root: Path) -> str:
     return name.removesuffix(".__init__")
 
 
+@cache
 def imports(source: str, module: str, is_package: bool, types: bool = True) -> list[tuple[str, bool, int]]:
     """Return (imported module, whether it is done when the module is loaded, line) of every import of a source text.
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.errors import ModelError, nearest, raise_faults
-from bsm_mesh.files import whole_file
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.joint_test import BoltCurve, JointCurve, closure_test, direct_shear_test, pull_bolt, shear_bolt
 from bsm_mesh.model.bolt_layout import label
@@ -24,7 +23,7 @@ from bsm_mesh.named_units import LENGTHS, unit_in
 from bsm_mesh.named_units import STRESSES as STRESS_UNITS
 from bsm_mesh.pictures.joint_test_pictures import Laboratory, draw_bolt, draw_closure, draw_opening, draw_shear
 from bsm_mesh.table_rows import read_rows
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_file
 from bsm_mesh.text.tables import engineering, print_table
 from bsm_mesh.text.terminal import say, say_json
 
@@ -152,8 +151,7 @@ def _number(name: str, text: str, quantity: Quantity) -> float:
 
 def _write(added: AddedFiles, name: str, curves: Mapping[Any, Any]) -> None:
     """Write curves (dataclasses of columns) below each other, a row a step; their stresses are the first column."""
-    with added.file(name) as path, whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = CsvWriter(file)
+    with added.file(name) as path, csv_file(path) as writer:
         first = next(iter(curves.values()))
         columns = [field.name for field in fields(first)]
         keyed = None not in curves

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import whole_file
 from bsm_mesh.results.histories import HistorySeries, Recorded
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.results.results import Results
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_file, written_rows
 
 
 def history_file(name: str) -> str:
@@ -35,8 +32,7 @@ def write_histories(results: Results, folder: Path) -> list[str]:
     """Write the histories of all stages, one file each; return their names."""
     stage_names = [stage.name for stage in results.stages]
     for name, series in results.histories.items():
-        with whole_file(folder / history_file(name)) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-            writer = CsvWriter(file)
+        with csv_file(folder / history_file(name)) as writer:
             writer.writerow(["stage", "stage_name", "step", *columns_of(series.recorded)])
             writer.writerows(_rows(series, stage_names))
     return [history_file(name) for name in results.histories]
@@ -74,9 +70,9 @@ def with_histories(
     for one in recorded:
         name = history_file(one.name)
         try:
-            rows = list(csv.DictReader(io.StringIO(content(name).decode(), newline="")))
+            rows = written_rows(content(name))
             found = [tuple(float(row[column] or "nan") for column in columns_of(one)) for row in rows]
-        except (KeyError, TypeError, ValueError, csv.Error):
+        except (KeyError, TypeError, ValueError):
             found = []
         if len(found) != len(steps):
             raise ModelError(f"{folder / name} is damaged; run the model again")

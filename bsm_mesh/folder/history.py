@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import whole_file
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.results.results import Results
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_file, written_rows
 
 HISTORY = "history.csv"
 SEPARATOR = "; "  # between the methods of a step
@@ -20,8 +17,7 @@ SEPARATOR = "; "  # between the methods of a step
 
 def write_history(results: Results, folder: Path) -> None:
     """Write the steps of all stages, one below the other: the next stage adds its own at the end."""
-    with whole_file(folder / HISTORY) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = CsvWriter(file)
+    with csv_file(folder / HISTORY) as writer:
         writer.writerow(_KINDS)
         writer.writerows(_row(step) for stage in results.stages for step in stage.steps)
 
@@ -49,9 +45,9 @@ def read_history(content: bytes, count: int, path: Path) -> list[StepRecord]:
         If they are not `count` steps.
     """
     try:
-        rows = list(csv.DictReader(io.StringIO(content.decode(), newline="")))
+        rows = written_rows(content)
         steps = [StepRecord(**{name: kind(row[name]) for name, kind in _KINDS.items()}) for row in rows]
-    except (KeyError, TypeError, ValueError, csv.Error):
+    except (KeyError, TypeError, ValueError):
         steps = []
     if len(steps) != count:
         raise ModelError(f"{path} is damaged; run the model again")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 
 import numpy as np
@@ -11,7 +10,7 @@ from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.safety.earthquake import Newmark
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_text
 from bsm_mesh.text.newmark_text import told_of
 
 ANSWER, OVER_TIME = "newmark.json", "newmark.csv"
@@ -48,8 +47,4 @@ def _table(answer: Newmark) -> str:
     for name, slides in found:
         columns += [np.interp(time, slides.time, values) for values in (slides.velocity, slides.displacement)]
         names += [f"velocity {name} [m/s]", f"displacement {name} [m]"]
-    rows = io.StringIO()
-    writer = CsvWriter(rows, "\n")
-    writer.writerow(names)
-    writer.writerows(np.column_stack(columns).tolist())
-    return rows.getvalue()
+    return csv_text([names, *np.column_stack(columns).tolist()])

@@ -13,7 +13,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.tables import ResultTable, result_table
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_file
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Compression
@@ -98,8 +98,7 @@ def write_table(table: ResultTable, path: Path) -> Path:
 
 
 def _write_csv(table: ResultTable, path: Path) -> None:
-    with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = CsvWriter(file)
+    with csv_file(path) as writer:
         writer.writerow(f"{h} [{table.units[h]}]" if h in table.units else h for h in table.columns)
         writer.writerows(zip(*map(_cells, table.columns.values()), strict=True))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import warnings
 from pathlib import Path
@@ -15,7 +14,7 @@ from bsm_mesh.folder.own_files import place_in
 from bsm_mesh.folder.storage import save_results
 from bsm_mesh.modelfile.build import LoadedModel
 from bsm_mesh.safety.answer import Safety
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_text
 from bsm_mesh.text.safety_text import told_of
 
 ANSWER = "safety.json"
@@ -53,11 +52,8 @@ def _write_json(told: dict[str, Any], draft: Path) -> None:
 
 
 def _write_trials(answer: Safety, draft: Path) -> None:
-    rows = io.StringIO()
-    table = CsvWriter(rows, "\n")
-    table.writerow(TRIALS_HEADER)
+    rows: list[tuple[object, ...]] = [TRIALS_HEADER]
     for trial in answer.trials:
-        status = trial.status.value
-        row = (repr(trial.value), trial.verdict.value, f"{trial.moved:.6g}", len(trial.blocks), status)
-        table.writerow((*row, f"{trial.seconds:.3f}", trial.reason))
-    write_text(draft, rows.getvalue())
+        row = (repr(trial.value), trial.verdict.value, f"{trial.moved:.6g}", len(trial.blocks), trial.status.value)
+        rows.append((*row, f"{trial.seconds:.3f}", trial.reason))
+    write_text(draft, csv_text(rows))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import whole_file
 from bsm_mesh.folder.histories import columns_of
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.shaking import ENERGIES, ShakingResult
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_file, written_rows
 
 ENERGY, PEAKS, TIMES = "energy.csv", "shaken_blocks.csv", "time_history.csv"
 SHAKEN_FILES = (ENERGY, PEAKS, TIMES)
@@ -32,14 +29,12 @@ def write_shaking(results: Results, folder: Path) -> list[str]:
     shaken = [(number, stage, stage.shaking) for number, stage in enumerate(results.stages) if stage.shaking]
     if not shaken:
         return []
-    with whole_file(folder / ENERGY) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = CsvWriter(file)
+    with csv_file(folder / ENERGY) as writer:
         writer.writerow(["stage", "stage_name", *_TIMES])
         for number, stage, one in shaken:
             table = np.column_stack([one.time, one.base_acceleration, one.energy])
             writer.writerows([number, stage.name, *row] for row in table.tolist())
-    with whole_file(folder / PEAKS) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = CsvWriter(file)
+    with csv_file(folder / PEAKS) as writer:
         writer.writerow(["stage", "stage_name", "block", *_PEAKS])
         for number, stage, one in shaken:
             peaks = zip(one.peak_velocity.tolist(), one.peak_acceleration.tolist(), one.heavier.tolist(), strict=True)
@@ -51,8 +46,7 @@ def write_shaking(results: Results, folder: Path) -> list[str]:
 def _write_times(results: Results, folder: Path) -> None:
     """Write the model's histories over the times of shaken stages, a row a time and a column a quantity."""
     titles = [f"{one.name}: {column}" for one in results.recorded for column in columns_of(one)]
-    with whole_file(folder / TIMES) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = CsvWriter(file)
+    with csv_file(folder / TIMES) as writer:
         writer.writerow(["stage", "stage_name", *_TIMES[:2], "max_displacement [m]", *titles])
         for stage in results.stages:
             if stage.shaking is None:
@@ -104,13 +98,13 @@ def read_shaking(told: dict[str, Any], number: int, content: Callable[[str], byt
             heaviest=float(told["heaviest"]),
             imbalance=float(told["imbalance"]),
         )
-    except (KeyError, TypeError, ValueError, csv.Error):
+    except (KeyError, TypeError, ValueError):
         raise ModelError(f"{folder}: {ENERGY} or {PEAKS} is damaged; run the model again") from None
 
 
 def _rows(content: bytes, number: int, titles: tuple[str, ...]) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Return the columns of a stage, (k, columns)."""
-    rows = csv.DictReader(io.StringIO(content.decode(), newline=""))
+    rows = written_rows(content)
     found = [[float(row[title]) for title in titles] for row in rows if int(row["stage"]) == number]
     return np.array(found, dtype=np.float64).reshape(len(found), len(titles))
 

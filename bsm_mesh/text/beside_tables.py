@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -12,7 +11,7 @@ from bsm_mesh.errors import named_stage
 from bsm_mesh.model.beside import UNITS, Beside, number_of
 from bsm_mesh.results.beside import found_beside
 from bsm_mesh.results.results import Results
-from bsm_mesh.text.csv_tables import CsvWriter
+from bsm_mesh.text.csv_tables import csv_text
 from bsm_mesh.text.tables import engineering
 
 NAME = "measured.csv"  # in the results folder of a model that was built in Python
@@ -65,9 +64,7 @@ def table_of(values: Mapping[str, Sequence[Beside]]) -> str:
     quantities = dict.fromkeys(one.quantity for listed in values.values() for one in listed)
     columns = {f"{name} [{UNITS[name]}]" if UNITS[name] else name: name for name in quantities}
     columns |= {title.replace(name, f"{name}_until"): f"{name}_until" for title, name in columns.items()}
-    text = io.StringIO()
-    writer = CsvWriter(text, "\n")
-    writer.writerow(["history", "source", "stage", "distance [m]", *columns])
+    written: list[list[Any]] = [["history", "source", "stage", "distance [m]", *columns]]
     for history, listed in values.items():
         rows: dict[tuple[Any, ...], list[dict[str, float]]] = {}
         for one in listed:
@@ -77,5 +74,5 @@ def table_of(values: Mapping[str, Sequence[Beside]]) -> str:
                 row.append({})
             row[-1] |= mine
         for place, told in ((place, told) for place, several in rows.items() for told in several):
-            writer.writerow([*place, *(told.get(name, "") for name in columns.values())])
-    return text.getvalue()
+            written.append([*place, *(told.get(name, "") for name in columns.values())])
+    return csv_text(written)

@@ -1,11 +1,18 @@
-"""The one writer of tables (CSV). A spreadsheet takes no text in them for a formula."""
+"""The one writer of tables (CSV), and the reader of those that it wrote. A spreadsheet takes no text for a formula.
+
+Tables of others are read by `bsm_mesh.table_rows`.
+"""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable
+import io
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import IO
 
+from bsm_mesh.files import whole_file
 from bsm_mesh.reading import FORMULA
 
 
@@ -50,3 +57,31 @@ class CsvWriter:
         """Write several rows."""
         for row in rows:
             self.writerow(row)
+
+
+@contextmanager
+def csv_file(path: Path) -> Iterator[CsvWriter]:
+    """Give a writer of a file, which is there once it is whole."""
+    with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        yield CsvWriter(file)
+
+
+def written_rows(content: bytes) -> list[dict[str, str]]:
+    """Return the rows of a file that `csv_file` wrote, by the names of the columns.
+
+    Raises
+    ------
+    ValueError
+        If it is no such table.
+    """
+    try:
+        return list(csv.DictReader(io.StringIO(content.decode(), newline="")))
+    except csv.Error as fault:
+        raise ValueError(str(fault)) from fault
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as the text of a table."""
+    text = io.StringIO()
+    CsvWriter(text, "\n").writerows(rows)
+    return text.getvalue()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 import errno
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -18,7 +16,6 @@ import pytest
 from bsm_mesh import files
 from tests import audited_operations
 from tests.file_operations import names, watched
-from tests.scenes.small_case import ROOT
 
 
 @pytest.fixture
@@ -218,45 +215,3 @@ def test_a_folder_for_temporary_files_that_is_not_there_is_passed_over(
     monkeypatch.setenv("TMPDIR", str(tmp_path / "none"))
     monkeypatch.setenv("TEMP", str(tmp_path))
     assert files.temporary_place() == Path(tempfile.gettempdir()) == tmp_path
-
-
-WRITES = {
-    *("write_text", "write_bytes", "touch", "unlink", "rmdir", "rmtree", "mkdir", "makedirs", "remove", "removedirs"),
-    *("rename", "renames", "replace", "symlink_to", "hardlink_to", "symlink", "link", "truncate", "copyfile", "copy2"),
-    *("copytree", "move", "mkstemp", "mkdtemp", "NamedTemporaryFile", "TemporaryDirectory", "SetFileName", "tofile"),
-    *("savez", "savez_compressed", "savetxt", "to_csv", "savefig", "imsave", "screenshot", "save", "print_png"),
-}
-MODULES = ("os", "shutil", "tempfile", "np")
-DRAFT = ("draft", "self.draft")
-
-
-def writing_calls(path: Path) -> list[str]:
-    """Return the calls in a module that make, change or remove a file, but for those on a draft."""
-    found = []
-    for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if not isinstance(call, ast.Call):
-            continue
-        words = [ast.unparse(part) for part in (*call.args, *(key.value for key in call.keywords))]
-        owner = ast.unparse(call.func.value) if isinstance(call.func, ast.Attribute) else ""
-        name = call.func.attr if isinstance(call.func, ast.Attribute) else ast.unparse(call.func)
-        if name in ("remove", "replace", "copy2", "link", "save", "move") and owner not in MODULES:
-            writes = name == "save" and owner.startswith("images")  # else a list's, a text's, or ours
-        elif name == "open":
-            writes = any(re.fullmatch(r"'[rwaxb+t]*[wax+][bt+]*'", word) for word in words)
-        else:
-            writes = bool(owner) and name in WRITES  # without an owner they are functions of the writer
-        on_a_draft = owner in DRAFT or any(word in (*DRAFT, *(f"str({each})" for each in DRAFT)) for word in words)
-        if writes and not on_a_draft:
-            found.append(f"{path.name}: {ast.unparse(call)}")
-    return found
-
-
-def test_nothing_else_writes() -> None:
-    """No module but the writer and the locks makes, changes or removes a file, unless it is a draft of the writer."""
-    packages = [ROOT / name for name in ("bsm_mesh", "geometries", "converters")]
-    modules = [path for package in packages for path in sorted(package.rglob("*.py"))]
-    own = [ROOT / "bsm_mesh" / name for name in ("files.py", "locks.py")]
-    assert all(writing_calls(path) for path in own)
-    allowed = ("from_vtk.py: reader.SetFileName(str(path))", "animation.py: plotter.screenshot(return_img=True)")
-    found = [text for path in modules if path not in own for text in writing_calls(path)]
-    assert [text for text in found if text not in allowed] == []
