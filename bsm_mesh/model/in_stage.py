@@ -21,9 +21,11 @@ def model_in_stage(model: Model, number: int) -> Model:
     number : int
         Of the stage; 0: before the first.
     """
-    strength, gravity = strength_in_stage(model, number), None
+    strength, gravity, trend = strength_in_stage(model, number), None, model.gravity_trend
     for stage in model.stages[:number]:
-        gravity = gravity if stage.gravity is None else stage.gravity
+        if stage.gravity is not None:
+            gravity = stage.gravity
+            trend = model.gravity_trend if stage.gravity_trend is None else stage.gravity_trend
     if not strength and gravity is None:
         return model
     joints, rocks = joints_and_rocks_at(model, strength)
@@ -33,6 +35,7 @@ def model_in_stage(model: Model, number: int) -> Model:
         rocks=rocks,
         gravity_horizontal=horizontal,
         gravity_vertical=vertical,
+        gravity_trend=trend,
         stages=(),
         bolts=(),
         histories=(),  # may be of bolts

@@ -70,6 +70,8 @@ class Model:
         Direction in which the unit weights pull, from the x axis; -90 is down.
     gravity_horizontal, gravity_vertical : float
         Parts of the unit weights that pull besides, along +x and upwards: a pseudo-static earthquake. Water has none.
+    gravity_trend : float or None [degrees]
+        Of polyhedra: where the horizontal part pulls to, clockwise from north (+y); None: to the east, along +x.
     contact_points : {"ends", "gauss", "both", "corners"}
         Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points. Of polyhedra the
         points of a shared face: ``"both"``, corners and centroid (``"ends"`` is the same), or ``"corners"`` alone,
@@ -124,6 +126,7 @@ class Model:
     gravity_direction: Annotated[float, DIRECTION] = -90.0
     gravity_horizontal: Annotated[float, GRAVITY_PART] = 0.0
     gravity_vertical: Annotated[float, GRAVITY_PART] = 0.0
+    gravity_trend: Annotated[float, DIRECTION] | None = field(default=None, metadata={"in_hash": "given"})
     contact_points: ContactPoints = "ends"
     in_situ: InSitu | None = None
     water: Water | None = None
@@ -218,12 +221,13 @@ class Model:
     def gravity_vector(self) -> FloatArray:
         """Force over weight, (2,): the unit vector of the direction, and what an earthquake adds.
 
-        In space (3,): weights pull down, and the horizontal part acts along +x.
+        In space (3,): weights pull down, and the horizontal part pulls to its trend.
         """
-        earthquake = np.array([self.gravity_horizontal, self.gravity_vertical])
+        horizontal, vertical = self.gravity_horizontal, self.gravity_vertical
         if in_space(self.blocks):
-            return np.array([self.gravity_horizontal, 0.0, self.gravity_vertical - 1.0])
-        vector: FloatArray = unit_vector(self.gravity_direction) + earthquake
+            trend = 90.0 if self.gravity_trend is None else self.gravity_trend
+            return np.append(horizontal * unit_vector(90.0 - trend), vertical - 1.0)
+        vector: FloatArray = unit_vector(self.gravity_direction) + np.array([horizontal, vertical])
         return vector
 
     @property

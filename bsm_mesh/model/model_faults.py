@@ -40,6 +40,8 @@ def model_faults(model: Model) -> list[str]:
         faults.append(
             f'contact_points = "{model.contact_points}" is for polyhedra; in the plane give "ends" or "gauss"'
         )
+    trends = {"model": model.gravity_trend} | {f"stage '{s.name}'": s.gravity_trend for s in model.stages}
+    faults += [f"{place}: gravity_trend is for polyhedra; leave it out" for place, t in trends.items() if t is not None]
     rock_names = [rock.name for rock in model.rocks]
     joint_names = [joint.name for joint in model.joints]
     for kind, names in (("rock", rock_names), ("joint", joint_names)):

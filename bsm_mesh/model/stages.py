@@ -15,7 +15,7 @@ from bsm_mesh.errors import ModelError, as_given, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.flow import FlowChange
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
-from bsm_mesh.model.quantities import BLOCK, GRAVITY_PART, RELAXATION, STRENGTH_FACTOR, STRESS
+from bsm_mesh.model.quantities import BLOCK, DIRECTION, GRAVITY_PART, RELAXATION, STRENGTH_FACTOR, STRESS
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.values import Rules, is_number, parts_of
 from bsm_mesh.model.water import Water
@@ -56,6 +56,8 @@ class Stage:
     gravity : (float, float) or None
         New horizontal and vertical parts of the unit weights that pull besides, along +x and upwards, as the model's
         `gravity_horizontal` and `gravity_vertical`; None: as before.
+    gravity_trend : float or None [degrees]
+        Of polyhedra, with `gravity`: where its horizontal part pulls to; None: the model's `gravity_trend`.
     shaking : Shaking or None
         How the ground is shaken; such a stage changes nothing else.
 
@@ -82,6 +84,7 @@ class Stage:
     loads: tuple[Load, ...] = ()
     strength: Mapping[str, float] = field(default_factory=dict, hash=False)
     gravity: tuple[float, float] | None = None
+    gravity_trend: Annotated[float, DIRECTION] | None = field(default=None, metadata={"in_hash": "given"})
     shaking: Shaking | None = field(default=None, metadata={"in_hash": "given"})
 
     def __post_init__(self) -> None:
@@ -104,6 +107,8 @@ class Stage:
         if self.gravity is not None:
             gravity = rules.point("gravity", self.gravity, GRAVITY_PART)
             object.__setattr__(self, "gravity", gravity)
+        elif self.gravity_trend is not None:
+            rules.faults.append(f"{rules.thing}: gravity_trend is that of gravity; give gravity too")
         rules.numbers(self)
         several = parts_of(self.relaxation)
         factors: tuple[Any, ...] = (self.relaxation,) if several is None else tuple(several)

@@ -94,6 +94,7 @@ def submodel_of(
         gravity_direction=model.gravity_direction,
         gravity_horizontal=model.gravity_horizontal,
         gravity_vertical=model.gravity_vertical,
+        gravity_trend=model.gravity_trend,
         contact_points=model.contact_points,
         water=water,
         face_water=None if on_faces is None else on_faces.of_corners(corner),

@@ -170,7 +170,7 @@ class ShakingTable(Table):
     mass_damping: MassDampingTable | None = Field(default=None, description="drag on all blocks; default: none")
 
 
-@keys_of(Stage, without=("loads", "shaking"))
+@keys_of(Stage, without=("loads", "gravity_trend", "shaking"))
 class StageTable(Table):
     """A stage: what is taken away, put back and changed."""
 

@@ -231,7 +231,7 @@ def _water(water: Water) -> Content:
 
 
 def _stage(stage: Stage) -> Content:
-    table = _fields(stage, "water", "flow", "loads", "strength", "gravity", "shaking") | {
+    table = _fields(stage, "water", "flow", "loads", "strength", "gravity", "gravity_trend", "shaking") | {
         "load": [_load(load) for load in stage.loads]
     }
     if stage.strength:

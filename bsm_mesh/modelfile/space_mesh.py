@@ -7,7 +7,7 @@ from pathlib import Path
 from bsm_mesh.errors import nearest, placed, raise_faults
 from bsm_mesh.modelfile.build_mesh import mesh_source, unit_scale
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.space_tables import SpaceFile
+from bsm_mesh.modelfile.space_tables import RockBoxTable, SpaceFile
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 
@@ -20,7 +20,8 @@ def source_faults(file: SpaceFile) -> list[str]:
         return [f"[mesh] needs one of the keys 'box', 'file' and 'geometry'; {given}"]
     if mesh.box is not None:
         of_mesh = ("parameters", "unit", "merge_tolerance", "blocks")
-        keys = [f"[mesh] {key}" for key in of_mesh if key in mesh.model_fields_set]
+        usual = RockBoxTable()  # as the model as run is written
+        keys = [f"[mesh] {key}" for key in of_mesh if getattr(mesh, key) != getattr(usual, key)]
         keys += ["[groups]"] if file.groups else []
         return [f"{key} is for a mesh, and [mesh] has a box; leave it out" for key in keys]
     tables = {"[[joint_set]]": file.joint_set, "[[joint_plane]]": file.joint_plane, "[[excavation]]": file.excavation}

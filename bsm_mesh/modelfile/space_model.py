@@ -62,6 +62,7 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
             loads=tuple(loads),
             gravity_horizontal=file.gravity.horizontal,
             gravity_vertical=file.gravity.vertical,
+            gravity_trend=file.gravity.trend,
             contact_points=file.mesh.contact_points,
             water=water[0] if water else None,
             stages=tuple(stages),
@@ -92,7 +93,14 @@ def _stage(table: SpaceStageTable, blocks: Polyhedra) -> Stage:
     where = f"stage '{table.name}'"
     loads = tuple(_load(load, f"{where}: load {k + 1}", blocks) for k, load in enumerate(table.load))
     water = None if table.water is None else _water(table.water, f"{where}: water")
-    return Stage(**given_in(table, Stage, without=("loads", "water")), loads=loads, water=water)
+    gravity = None if table.gravity is None else (table.gravity.horizontal, table.gravity.vertical)
+    return Stage(
+        **given_in(table, Stage, without=("loads", "water", "gravity", "gravity_trend")),
+        loads=loads,
+        water=water,
+        gravity=gravity,
+        gravity_trend=None if table.gravity is None else table.gravity.trend,
+    )
 
 
 def _water(table: SpaceWaterTable, where: str) -> Water:

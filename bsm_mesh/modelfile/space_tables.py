@@ -178,8 +178,12 @@ class SpaceLoadTable(Table):
 class SpaceGravityTable(Table):
     """What pulls besides the weights, in parts of them: a pseudo-static earthquake."""
 
-    horizontal: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="along +x, to the east")
+    horizontal: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="towards the trend")
     vertical: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="upwards")
+    trend: Angle | None = Field(
+        default=None,
+        description="of the horizontal part, clockwise from north; to the east by default; of a stage: the model's",
+    )
 
 
 class HeadPlaneTable(Table):
@@ -200,7 +204,7 @@ class SpaceWaterTable(Table):
     )
 
 
-@keys_of(Stage, without=("loads", "water", "flow", "gravity", "shaking"))
+@keys_of(Stage, without=("loads", "water", "flow", "gravity", "gravity_trend", "shaking"))
 class SpaceStageTable(Table):
     """A stage: what is taken away, put back and changed."""
 
@@ -214,6 +218,9 @@ class SpaceStageTable(Table):
     )
     water: SpaceWaterTable | None = Field(default=None, description="the water from here on")
     load: list[SpaceLoadTable] = Field(default_factory=list)
+    gravity: SpaceGravityTable | None = Field(
+        default=None, description="pseudo-static earthquake from here on; default: as before"
+    )
     strength: dict[str, Annotated[float, q.STRENGTH_FACTOR]] = Field(
         default_factory=dict,
         description='part of the given strength from here on, by joint; "*": all others; "rock:NAME": faces of a rock',

@@ -132,7 +132,10 @@ def test_vtk_reads_polyhedra_and_contact_polygons(results, folder):
 def test_the_model_as_run_builds_the_same_model(case: Case) -> None:
     case.write("shape/cavern.csv", "x;z\n-2;2.5\n2;2.5\n2;3\n-2;3\n")
     polygon = "polygon = [[-2, 2.5], [2, 2.5], [2, 3], [-2, 3]]"
-    case.write("slope.toml", (SLOPE + WEAKER).replace(polygon, 'profile = "shape/cavern.csv"\nfrom = -5\nto = 5'))
+    shaken = "\n[gravity]\nhorizontal = 0.01\ntrend = 30\n"
+    case.write(
+        "slope.toml", (SLOPE + WEAKER + shaken).replace(polygon, 'profile = "shape/cavern.csv"\nfrom = -5\nto = 5')
+    )
     outcome = case.run("run", "slope.toml", "-o", "out")
     assert outcome.code == 0
     assert bsm.load(case.folder / "out/model.toml") == bsm.load(case.folder / "slope.toml")

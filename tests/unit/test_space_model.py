@@ -39,6 +39,20 @@ def test_polygons_have_no_contact_points_of_polyhedra():
         bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=26e3)], contact_points="both")
 
 
+def test_the_trend_of_an_earthquake_is_for_polyhedra_and_goes_with_gravity():
+    blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="r")
+    stage = bsm.Stage(name="quake", gravity=(0.1, 0), gravity_trend=10)
+    for given, place in (({"gravity_trend": 30.0}, "model"), ({"stages": [stage]}, "stage 'quake'")):
+        with fault(f"{place}: gravity_trend is for polyhedra; leave it out"):
+            bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=26e3)], **given)
+    with fault("stage 'quake': gravity_trend is that of gravity; give gravity too"):
+        bsm.Stage(name="quake", gravity_trend=10)
+    model = on_incline(0, gravity_horizontal=0.2)
+    assert_allclose(model.gravity_vector, [0.2, 0, -1], atol=1e-15)
+    assert model.replace(gravity_trend=None).digest == model.digest != model.replace(gravity_trend=90.0).digest
+    assert_allclose(model.replace(gravity_trend=30.0).gravity_vector, [0.1, 0.2 * np.cos(np.pi / 6), -1], atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("options", "changes", "match"),
     [

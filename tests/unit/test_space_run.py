@@ -103,6 +103,12 @@ force = [0, "1 kN", 0]
         stages=[bsm.Stage(name="lid off", excavate=["lid"])],
     )
     assert again == model
+    text = (
+        case.folder / "slope.toml"
+    ).read_text() + "[stage.gravity]\nhorizontal = 0.1\ntrend = 20\n[gravity]\ntrend = 9\n"
+    case.write("shaken.toml", text.replace(loads, "") + loads)
+    (stage,) = bsm.load(case.folder / "shaken.toml").stages
+    assert (stage.gravity, stage.gravity_trend) == ((0.1, 0.0), 20.0)
     results = bsm.run(model)
     assert_allclose(results.stages[-1].total_load, [-2e3 * 2 * results_height(model), 1e3, -260e3])
     assert tables_of(model.options)["solver"]["threads"] == 1

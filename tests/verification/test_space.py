@@ -11,6 +11,7 @@ from tests.scenes.rock_3d import WEDGES, wedge_factor, wedge_rock
 
 OPTIONS = bsm.Options(threads=1)
 FRICTION = 30.0
+FALLS = pytest.mark.heavy  # blocks are followed until they fall: seconds
 
 
 @pytest.mark.parametrize("azimuth", [0, 20, 45, 70, 200])
@@ -32,13 +33,28 @@ def test_a_block_slides_a_tenth_of_a_degree_beyond():
     assert results.stages[0].proof.text.startswith("inadmissible: no forces within strength balance the loads")
 
 
+@pytest.mark.parametrize("trend", [70, 160, 250])
+@pytest.mark.parametrize(("beyond", "status"), [(0.999, "stable"), pytest.param(1.001, "unstable", marks=FALLS)])
+def test_an_earthquake_moves_a_block_on_an_incline(trend, beyond, status):
+    """Dip 20 towards 70 degrees, friction 30: down the dip tan(30 - 20) of the weight, up it tan(30 + 20).
+
+    Along the strike the pull is that of both: the root of (tan 30 cos 20)^2 - sin(20)^2.
+    """
+    friction, dip = np.radians([FRICTION, 20.0])
+    limit = {
+        70: np.tan(friction - dip),
+        160: np.sqrt((np.tan(friction) * np.cos(dip)) ** 2 - np.sin(dip) ** 2),
+        250: np.tan(friction + dip),
+    }[trend]
+    shaken = bsm.Stage(name="shaken", gravity=(beyond * limit, 0.0), gravity_trend=trend)
+    stages = bsm.run(on_incline(20.0, 20.0, stages=[shaken]), OPTIONS).stages
+    assert [stage.status for stage in stages] == ["stable", status]
+
+
 def column(height, azimuth, dip):
     """Return a square column on a base of its section, turned about its axis and then dipped."""
     solids = [box((-0.5, -0.5, -1), (0.5, 0.5, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, height))]
     return model_in_space(turned(turned(solids, rotation(azimuth, 0)), rotation(0, dip)), friction=70, kn=1e10, ks=1e10)
-
-
-FALLS = pytest.mark.heavy  # blocks are followed until they fall: seconds
 
 
 @pytest.mark.parametrize(("height", "azimuth"), [(2, 0), (2, 20), (3, 45)])

@@ -82,7 +82,8 @@ class GivenFiles:
         angle = np.radians(given.get("direction", -90.0))
         wanted = np.array([np.cos(angle) + given.get("horizontal", 0), np.sin(angle) + given.get("vertical", 0)])
         if is_in_space(a):
-            wanted = np.array([wanted[0] - np.cos(angle), 0.0, wanted[1]])
+            trend = np.radians(given.get("trend", 90.0))
+            wanted = np.append(given.get("horizontal", 0) * np.array([np.sin(trend), np.cos(trend)]), wanted[1])
         off = np.abs(a["gravity"] - wanted).max()
         return [] if off <= SAME else [f"gravity of stage '{stage['name']}' is not that of {MODEL}"]
 

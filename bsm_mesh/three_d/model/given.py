@@ -80,7 +80,7 @@ def _joint_faults(joint: object) -> Iterable[str]:
 
 def _stage_faults(stage: object) -> Iterable[str]:
     name = getattr(stage, "name", "")
-    for key in ("gravity", "flow", "shaking"):
+    for key in ("flow", "shaking"):
         value = getattr(stage, key, None)
         if value is not None and value != () and value != 0:
             yield f"stage '{name}': {key} is for the plane; leave it out"
