@@ -85,7 +85,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
 def further_slip(
     contacts: ContactSet, springs: Springs, slides: BoolArray, shear: FloatArray, tangential: FloatArray
 ) -> FloatArray:
-    """Return how much farther contacts have slid, (m,) [m]: the movement along the edge that is not elastic.
+    """Return the further slip of contacts, (m,) [m]: the movement along the edge that is not elastic.
 
     Of those that slide (m,), from the start of a step or window to a shear force (m,) [N/m] at a tangential coordinate
     (m,) [m]; without a coordinate before or after it is 0.

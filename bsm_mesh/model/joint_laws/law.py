@@ -105,7 +105,7 @@ def wear_length_of(law: JointLaw) -> float | None:
 
 
 def remembered_by(law: JointLaw) -> tuple[str, ...]:
-    """Return the state variables of contacts that `respond` is given beside `failed`, in its order.
+    """Return the state variables of contacts that `respond` takes after `failed`, in its order.
 
     A law names them in `remembers`; of one without, strength wears with how far contacts have slid, or not at all.
     """
@@ -115,12 +115,12 @@ def remembered_by(law: JointLaw) -> tuple[str, ...]:
 
 
 def memory_of(law: JointLaw, contacts: Any, rows: Any = slice(None)) -> tuple[Any, ...]:
-    """Return what `respond` is given of the past of some contacts (k,): `failed`, and what the law remembers."""
+    """Return the state variables of some contacts (k,) that `respond` takes: `failed`, then those that the law names."""
     return tuple(getattr(contacts, name)[rows] for name in ("failed", *remembered_by(law)))
 
 
 def handed_on(law: JointLaw, wrapper: JointLaw, failed: BoolArray, memory: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return what a law is given of the past, from what a law around it was given; nothing is known of the rest."""
+    """Return the state variables that a law takes, from those of the law around it; zeros for any that this lacks."""
     known = dict(zip(remembered_by(wrapper), memory, strict=False))
     return (failed, *(known.get(name, np.zeros(len(failed))) for name in remembered_by(law)))
 
