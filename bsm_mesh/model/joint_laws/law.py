@@ -115,12 +115,12 @@ def remembered_by(law: JointLaw) -> tuple[str, ...]:
 
 
 def memory_of(law: JointLaw, contacts: Any, rows: Any = slice(None)) -> tuple[Any, ...]:
-    """Return the state variables of some contacts (k,) that `respond` takes: `failed`, then those that the law names."""
+    """Return the state variables of some contacts (k,) that `respond` takes: `failed`, then those that it names."""
     return tuple(getattr(contacts, name)[rows] for name in ("failed", *remembered_by(law)))
 
 
 def handed_on(law: JointLaw, wrapper: JointLaw, failed: BoolArray, memory: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the state variables that a law takes, from those of the law around it; zeros for any that this lacks."""
+    """Return the state variables that a law takes, from those of the law around it; zeros for the others."""
     known = dict(zip(remembered_by(wrapper), memory, strict=False))
     return (failed, *(known.get(name, np.zeros(len(failed))) for name in remembered_by(law)))
 
