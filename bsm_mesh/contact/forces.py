@@ -232,7 +232,7 @@ def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArra
 
 
 class ByLaw(Protocol):
-    """Contacts that laws are asked about: in the plane or in space, with the state variables that laws name in `remembers`."""
+    """Contacts that laws are asked about, in the plane or in space, with the state variables that these name."""
 
     @property
     def candidates(self) -> Any:
