@@ -109,10 +109,15 @@ class SavedResults:
         return content
 
     def grid(self, name: str, needs: Sequence[str] = ()) -> Grid:
-        """Return the grid of a VTU file."""
+        """Return the grid of a VTU file, whose arrays have the components of those that are written."""
         from bsm_mesh.converters.vtk_files import grid_of
+        from bsm_mesh.converters.vtu_content import COMPONENTS
 
-        return grid_of(self.content(name), self.folder / name, needs=needs)
+        grid = grid_of(self.content(name), self.folder / name, needs=needs)
+        arrays = [*grid.point_data.items(), *grid.cell_data.items()]
+        if any(values.shape[1:] != ((COMPONENTS[key],) if key in COMPONENTS else ()) for key, values in arrays):
+            raise ModelError(_damaged(self.folder / name))
+        return grid
 
     @property
     def in_space(self) -> bool:

@@ -191,6 +191,11 @@ def test_grids_that_kill_their_reader(folder: Path, whole: Path, number: int) ->
     assert Results.load(whole).status == "stable"
 
 
+def test_arrays_of_fewer_components(folder: Path) -> None:
+    forge(folder, GRID, lambda content: re.sub(rb'(Name="reaction" NumberOfComponents=)"3"', rb'\1"1"', content))
+    refused(folder, f"{GRID} is damaged")
+
+
 def test_cells_of_points_that_are_not_there() -> None:
     arrays = {"points": np.zeros((3, 2)), "offsets": np.array([0, 3]), "connectivity": np.array([0, 1, 2])}
     assert grid_reader._misfit(arrays) == ""
