@@ -23,7 +23,7 @@ SITE = ROOT / "docs" / "site"
 MADE = ROOT / "build" / "docs"
 COPIED = ("*.md", "*.cff", "LICENSE", "pyproject.toml", "bootstrap.sh", "constraints*.txt", ".ci/run")
 FOLDERS = ("docs", "examples", "bsm_mesh", "geometries", "converters", "tests", "benchmarks", "tools", "verification")
-KINDS = {".md", ".png", ".gif", ".toml", ".py", ".csv", ".json", ".html", ".j2"}
+KINDS = {".md", ".png", ".gif", ".toml", ".py", ".csv", ".json", ".html", ".j2", ".ipynb"}
 LEFT_OUT = {"__pycache__", "site", "out"}
 
 

@@ -39,6 +39,12 @@ PICTURES = (
         shows="The method: rigid blocks, springs at the contacts, the law of a joint",
         mended="new",
     ),
+    Drawn(
+        target="docs/notebook.png",
+        elsewhere="python -m docs.notebooks",
+        shows="The notebook: the wedge that slides on the bedding plane",
+        mended="new",
+    ),
     *(
         Drawn(target=f"docs/theory_{name}.png", script="examples/pictures/method.py", shows=shows, mended="new")
         for name, shows in (

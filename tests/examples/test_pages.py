@@ -79,6 +79,7 @@ FOLLOWED_ELSEWHERE = {  # more is asserted of them there
     "docs/jointed_rock.md": "tests/examples/test_jointed_rock.py",
     "docs/from_udec_and_rs2.md": "tests/examples/test_from_udec.py",
     "docs/first_problems.md": "tests/examples/test_jointed_rock.py",
+    "docs/notebook.md": "tests/examples/test_notebook_page.py",
 }
 STYLE, A_METHOD = "shows a style", "tests/unit/test_add_a_method.py"
 NOT_RUN = {  # page, and how a block begins that is no program by itself: why
