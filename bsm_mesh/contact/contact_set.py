@@ -97,6 +97,9 @@ def _tensions(
     properties: ContactProperties, length: FloatArray, bears: BoolArray, failed: BoolArray, mated: BoolArray
 ) -> dict[str, FloatArray]:
     """Return the greatest tension of contacts (m,) [N/m], and what slip leaves of it where they have not opened."""
+    if not properties.tension.any():  # nor has slip any to leave
+        none = np.zeros(len(length))
+        return {"tension": none, "residual_tension": none}
     residual = np.where(mated, properties.residual_tension * length, 0.0)
     tension = np.where(bears, np.where(failed, residual, properties.tension * length), 0.0)
     return {"tension": tension, "residual_tension": residual}

@@ -57,7 +57,10 @@ def state_of(contacts: ContactState, rows: IntArray) -> dict[str, Any]:
 
 def remembered(kept: NDArray[_Value], source: IntArray, arising: NDArray[_Value]) -> NDArray[_Value]:
     """Return a state variable of contacts (m,): that of row `source` of the history, below 0 as contacts arise."""
-    found, known = arising.copy(), source >= 0
+    known = source >= 0
+    if not known.any():  # zeros that nothing is written to take no memory
+        return arising
+    found = arising.copy()
     found[known] = kept[source[known]]
     return found
 

@@ -92,6 +92,21 @@ def test_few_blocks_are_solved_apart_from_a_large_wall(bricks):
         assert_allclose(swept.position, whole.position, rtol=0, atol=1e-8 * np.abs(whole.position).max())
 
 
+def test_few_blocks_alone_need_no_factorization_of_the_whole():
+    """In a large model their residual is no part of the rms; six searches for contacts left them as they were."""
+    step = begun(tilted_wall(300).model())
+    rest = newton(step, step.elastic_position, 1e-8, shrinking=0.7).position
+    away, before = rest.copy(), step.factors.count
+    away[150, 0] += 1e-7
+    start = step.residual_at(away)
+    given = {"max_rms": 2 * start.rms, "shrinking": 0.7}
+    assert newton(step, away, 1e-6, **given).outcome is Outcome.ACCEPTABLE
+    found = newton(step, away, 1e-6, **given, sweeps=True)
+    assert found.outcome is Outcome.SOLVED
+    assert step.factors.count == before
+    assert_allclose(found.position, rest, rtol=0, atol=1e-10)
+
+
 @pytest.mark.parametrize(("bricks", "apart"), [(300, False), (5000, True)])
 def test_blocks_are_solved_apart_in_large_models_only(bricks, apart, monkeypatch):
     asked, solve = [], nearby.newton

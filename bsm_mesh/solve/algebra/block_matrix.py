@@ -59,7 +59,7 @@ def whole_pattern(n_blocks: int, block_a: IntArray, block_b: IntArray) -> BlockP
     low_first = (block_a < block_b)[:, None]
     across = np.column_stack([upper_at[upper.place], lower_at[upper.place]])  # (low, high) and (high, low)
     across = np.where(low_first, across, across[:, ::-1])
-    place = np.column_stack([diagonal[block_a], across, diagonal[block_b]]).astype(np.int32)
+    place = np.column_stack([diagonal[block_a], across, diagonal[block_b]]).astype(np.int32, copy=False)
     return BlockPattern(row_start=row_start, column=column, diagonal=diagonal, place=place, symmetric=False)
 
 

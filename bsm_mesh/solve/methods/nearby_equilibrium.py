@@ -74,6 +74,7 @@ class NearbyEquilibrium:
             if not attempt.may_end or update == NEWTON.max_updates or not step.within_search_range(position):
                 break
             step = attempt.equations.with_contacts_at(position)
+            del attempt  # with the contacts before: a gigabyte in a model of a million blocks
             left = step.residual_at(position).max_norm
             if left < goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)

@@ -5,7 +5,7 @@ not throw blocks with few closed contacts. The part is proportional to the resid
 exact.
 
 In a large model few blocks keep a large residual, and with it the regularisation of all, after the others have
-converged. Where no contact has carried a force yet, they are solved apart between corrections of the whole.
+converged. Where no contact has carried a force yet, they are solved apart, before and between corrections of the whole.
 """
 
 from __future__ import annotations
@@ -123,9 +123,10 @@ def newton(
     localized : bool
         Corrections move the influence region of the largest residuals alone, where that is a small part of all.
     sweeps : bool
-        After each correction blocks with a large residual are solved apart.
+        Blocks with a large residual are solved apart, before the first correction and after each.
     """
     here, outcome = step.residual_at(position), Outcome.SINGULAR
+    here = _swept(step, here, tolerance) if sweeps else here
     norms = [np.inf, np.inf, here.l2_norm]
     while True:
         if here.max_norm < tolerance and not (step.supports_move and len(norms) == 3):
@@ -155,7 +156,7 @@ def _swept(step: StepEquations, here: Residual, tolerance: float) -> Residual:
     """Return the residual after sweeps, without a factorization of the whole, while they halve its 2-norm.
 
     A sweep solves the blocks above the root mean square with all others fixed. What that leaves around them is
-    corrected by the chord method.
+    corrected by the chord method, where there are factors.
     """
     while here.max_norm >= tolerance:
         sizes, _ = block_residuals(step, here.position)
@@ -167,7 +168,8 @@ def _swept(step: StepEquations, here: Residual, tolerance: float) -> Residual:
             solved = newton(local, local.start, FEW_CHANGE * here.max_norm, shrinking=WORTH_REPEATING)
         finally:
             local.close()
-        there = step.residual_at(chord_method(step, local.whole(solved.position), tolerance))
+        reached = local.whole(solved.position)
+        there = step.residual_at(chord_method(step, reached, tolerance) if step.factors.ready else reached)
         if not there.l2_norm < here.l2_norm:
             break
         before, here = here, there
