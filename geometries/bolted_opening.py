@@ -34,11 +34,6 @@ def build(path: str | os.PathLike[str], *, rock: str = "rock", **unknown: object
     **unknown
         Refused, with the nearest parameter that there is.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     GeometryError

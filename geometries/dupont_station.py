@@ -99,11 +99,6 @@ def build(
     **unknown
         Refused, with the nearest parameter that there is.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     GeometryError

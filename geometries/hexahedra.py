@@ -48,11 +48,6 @@ def write_hexahedra(
     name : str
         Name of the mesh in messages.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     GeometryError

@@ -66,11 +66,6 @@ def build(
     **unknown
         Refused, with the nearest parameter that there is.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     GeometryError

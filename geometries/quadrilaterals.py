@@ -79,11 +79,6 @@ def write_quadrilaterals(
     name : str
         What is built, for messages.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     GeometryError

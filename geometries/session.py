@@ -188,11 +188,6 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
     path : str or path-like
         Where to; the name ends in ``.msh``.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     GeometryError
