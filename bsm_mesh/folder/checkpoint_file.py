@@ -46,13 +46,14 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.continuation.pace import Pace
     from bsm_mesh.solve.continuation.state import CollapseMemory, ContinuationState, CycleMemory, LoopState
     from bsm_mesh.solve.linear.state import LinearState
+    from bsm_mesh.solve.motion.quiet_ends import QuietEnds
     from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
     from bsm_mesh.space import PointHistory, PolygonPoints
 
     listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
     others = (FaceWater, FlowState, LinearState, LoopState, Pace, PointForces, ShakingMemory, StageProgress, StepRecord)
-    return {kind.__name__: kind for kind in (*listed, *others, PointHistory, PolygonPoints)}
+    return {kind.__name__: kind for kind in (*listed, *others, PointHistory, PolygonPoints, QuietEnds)}
 
 
 def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -> None:

@@ -46,11 +46,11 @@ class BaseMotion:
             self._times, self._values = times, values
 
     def velocity_at(self, time: FloatArray) -> FloatArray:
-        """Return the velocity of the base at times (k,) [m/s]."""
+        """Return the velocity of the base or the wave at times (k,) [m/s], or its stress [Pa]."""
         given, length = self._shaking, self._shaking.own_length
         inside = np.clip(time, 0.0, length)
         found = self._of_record(inside) if given.record is not None else self._of_waveform(inside)
-        if given.record is None and given.quantity == "velocity":  # a waveform is over at its end
+        if given.record is None and given.quantity != "acceleration":  # a waveform is over at its end
             found = np.where(time > length, 0.0, found)
         velocity: FloatArray = given.scale * np.where(time > 0, found, 0.0)
         return velocity
@@ -58,8 +58,8 @@ class BaseMotion:
     def _of_record(self, time: FloatArray) -> FloatArray:
         """Return the velocity of the base by the record: exact for straight lines between its values."""
         at = np.interp(time, self._times, self._values)
-        if self._shaking.quantity == "velocity":
-            found: FloatArray = at - self._values[0]
+        if self._shaking.quantity != "acceleration":
+            found: FloatArray = at if self._shaking.quantity == "stress" else at - self._values[0]
             return found
         row = np.clip(np.searchsorted(self._times, time, side="right") - 1, 0, len(self._times) - 1)
         found = self._before[row] + (time - self._times[row]) * (self._values[row] + at) / 2
@@ -70,7 +70,7 @@ class BaseMotion:
         given = self._shaking
         assert given.frequency is not None
         assert given.amplitude is not None
-        a, omega, is_velocity = given.amplitude, 2 * np.pi * given.frequency, given.quantity == "velocity"
+        a, omega, is_velocity = given.amplitude, 2 * np.pi * given.frequency, given.quantity != "acceleration"
         if given.waveform == "sine":
             sine: FloatArray = a * np.sin(omega * time) if is_velocity else a / omega * (1 - np.cos(omega * time))
             return sine

@@ -18,9 +18,10 @@ from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, point_forces_of
 from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
-from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.supports import Target, bars_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.zones import zone_faults, zones_in_space
 
@@ -155,17 +156,35 @@ def _stage_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
             yield from _water_faults(f"stage '{stage.name}': water", stage.water, model, joint_names)
         yield from (f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength))
         if stage.shaking is not None:
-            yield from (f"stage '{stage.name}': shaking: {text}" for text in _shaking_faults(model))
+            yield from (f"stage '{stage.name}': shaking: {text}" for text in _shaking_faults(model, stage.shaking))
 
 
-def _shaking_faults(model: Model) -> Iterable[str]:
+def _shaking_faults(model: Model, shaking: Shaking) -> Iterable[str]:
     """Return a sentence for everything with which blocks cannot be shaken."""
+    yield from _quiet_faults(model, shaking)
     if model.flow is not None:
         yield "flow in joints is not followed in time; give [water] with a still table instead of [flow]"
     used = {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
     for rock in model.rocks:
         if rock.unit_weight == 0 and rock.name in used:
             yield f"rock '{rock.name}' has unit_weight 0, so no mass; give its unit weight"
+
+
+def _quiet_faults(model: Model, shaking: Shaking) -> Iterable[str]:
+    """Return a sentence for every quiet boundary that cannot be one."""
+    supported = {support.boundary for support in model.supports if isinstance(support, Target)}
+    rocks = {rock.name: rock for rock in model.rocks}
+    for name in shaking.quiet:
+        if name not in model.blocks.boundaries:
+            yield f"quiet: there is no boundary '{name}'{nearest(name, model.blocks.boundaries)}"
+            continue
+        if name not in supported:
+            yield f"quiet: boundary '{name}' has no support; give it one, which holds it before it is shaken"
+        edges = model.blocks.boundaries[name]
+        for number in np.unique(model.blocks.rock[model.blocks.owner[edges]]):
+            rock = rocks.get(model.blocks.rock_names[number])
+            if rock is not None and (rock.young is None or rock.poisson is None):
+                yield f"quiet: rock '{rock.name}' at boundary '{name}' needs young and poisson, for the speed of waves"
 
 
 def _missing(

@@ -142,7 +142,7 @@ DISTANCE = Quantity(unit="m", least=0, most=1e6, example='"0.75 m"')
 
 # Shaking.
 FREQUENCY = Quantity(unit="Hz", least=1e-3, most=1e6, usual=(0.05, 1e3), example='"2 Hz"')
-MOTION = Quantity(least=-1e6, most=1e6, example="3.0", why="it is an acceleration [m/s^2] or a velocity [m/s]")
+MOTION = Quantity(least=-1e9, most=1e9, example="3.0", why="an acceleration [m/s^2], a velocity [m/s], a stress [Pa]")
 COUNT_OF_WAVES = Quantity(above=0, most=1e6, example="10")
 MOTION_FACTOR = Quantity(least=-1e6, most=1e6, usual=(-10, 10), example="0.5")
 DURATION = Quantity(unit="s", least=1e-6, most=1e5, usual=(1e-4, 600), example='"20 s"')

@@ -24,7 +24,7 @@ from bsm_mesh.model.quantities import (
 from bsm_mesh.model.values import Rules, is_number, parts_of
 
 Waveform = Literal["sine", "ricker", "pulse"]
-MotionQuantity = Literal["acceleration", "velocity"]
+MotionQuantity = Literal["acceleration", "velocity", "stress"]
 Series = tuple[tuple[float, ...], tuple[float, ...]]
 HOUSNER = "housner"
 HOUSNER_DASHPOTS = 2.0  # over the critical ones: a block rebounds by a twentieth of its speed, by a seventh on critical
@@ -33,30 +33,35 @@ RICKER_PERIODS = 3.0  # length of a Ricker wavelet, over its period: at both end
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shaking:
-    """Shaking of all supports together, by a record or by a waveform.
+    """Shaking of all supports together, or of a quiet boundary, by a record or by a waveform.
 
     Give either `record` or `waveform`. The supports move as one rigid base in `direction`; displacements are relative
-    to this base.
+    to this base. With `boundary` a wave enters there instead, and supports stand still.
 
     Attributes
     ----------
-    record : (times, values) or None [s], [m/s2 or m/s]
+    record : (times, values) or None [s], [m/s2, m/s or Pa]
         Times, rising from 0 or later, and what the base does at them; straight lines in between.
     waveform : {"sine", "ricker", "pulse"} or None
         ``"sine"``: amplitude times the sine, from 0. ``"ricker"``: a Ricker wavelet of 3 periods, its peak in the
         middle. ``"pulse"``: the amplitude, constant.
     frequency : float [Hz]
         Of the waveform; of a Ricker wavelet the one of its greatest amplitude.
-    amplitude : float [m/s2 or m/s]
+    amplitude : float [m/s2, m/s or Pa]
         Of the waveform.
     cycles : float
         Length of a sine or a pulse, in periods.
-    quantity : {"acceleration", "velocity"}
-        What record or waveform are of.
+    quantity : {"acceleration", "velocity", "stress"}
+        What record or waveform are of; the stress is a traction on `boundary`, twice that of the wave that enters.
     direction : float [degrees]
         Of the movement, from x, counter-clockwise: 0 horizontal, 90 vertical.
     scale : float
         Factor on the record or the waveform.
+    quiet : tuple of str
+        Boundaries that let waves out: their supports become viscous dashpots while the stage is shaken, and the forces
+        of these supports stay. Their rocks need `young` and `poisson`.
+    boundary : str or None
+        The quiet boundary through which a wave enters; None: the supports move.
     duration : float or None [s]
         How long the stage is shaken and followed in time; None: as long as the record or the waveform. Beyond these the
         base keeps its velocity.
@@ -97,6 +102,8 @@ class Shaking:
     quantity: MotionQuantity = "acceleration"
     direction: Annotated[float, DIRECTION] = 0.0
     scale: Annotated[float, MOTION_FACTOR] = 1.0
+    quiet: tuple[str, ...] = ()
+    boundary: str | None = None
     duration: Annotated[float, DURATION] | None = None
     every: Annotated[float, DURATION] | None = None
     contact_damping: Annotated[float, DAMPING] | Literal["housner"] = 0.0
@@ -109,6 +116,9 @@ class Shaking:
         rules = Rules("shaking")
         rules.numbers(self, without=("contact_damping",) if self.contact_damping == HOUSNER else ())
         rules.choice("quantity", self.quantity, get_args(MotionQuantity))
+        object.__setattr__(self, "quiet", rules.texts("quiet", self.quiet))
+        rules.text("boundary", self.boundary, optional=True)
+        rules.faults += self._boundary_faults()
         if (self.record is None) == (self.waveform is None):
             rules.faults.append("shaking: needs a record or a waveform, and not both")
         elif self.record is not None:
@@ -129,6 +139,16 @@ class Shaking:
         if self.waveform == "ricker" and self.cycles is not None:
             faults.append("shaking: a Ricker wavelet has no cycles; remove them")
         return faults
+
+    def _boundary_faults(self) -> list[str]:
+        """Return what is wrong with the boundary through which a wave enters."""
+        if self.boundary is not None and self.boundary not in self.quiet:
+            return [f"shaking: boundary = '{self.boundary}' is not quiet; add it to quiet"]
+        if self.boundary is None and self.quantity == "stress":
+            return ["shaking: quantity = 'stress' needs the boundary on which it acts, one of quiet"]
+        if len(set(self.quiet)) < len(self.quiet):
+            return ["shaking: quiet names a boundary twice; name each once"]
+        return []
 
     @property
     def dashpots(self) -> float:

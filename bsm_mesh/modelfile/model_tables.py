@@ -160,12 +160,12 @@ class MassDampingTable(Table):
 
 @keys_of(Shaking, without=("record", "mass_damping"))
 class ShakingTable(Table):
-    """Shaking of all supports together, by a record or a waveform."""
+    """Shaking of all supports together or of a quiet boundary, by a record or a waveform."""
 
     record: PathText | list[list[Annotated[float, q.MOTION]]] | None = Field(
         default=None,
-        description="table (CSV) of time and acceleration or velocity, units in its header, or a file of PEER (.at2), "
-        "relative to the model file; or [times, values] in s and m/s^2 or m/s",
+        description="table (CSV) of time and acceleration, velocity or stress, units in its header, or a file of PEER (.at2), "
+        "relative to the model file; or [times, values] in s and m/s^2, m/s or Pa",
     )
     mass_damping: MassDampingTable | None = Field(default=None, description="drag on all blocks; default: none")
 

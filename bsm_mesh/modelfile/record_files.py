@@ -13,13 +13,14 @@ from bsm_mesh.table_rows import Rows, read_rows
 
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 ACCELERATIONS = {"m/s2": 1.0, "m/s^2": 1.0, "g": GRAVITY, "cm/s2": 0.01, "cm/s^2": 0.01, "gal": 0.01, "mm/s2": 1e-3}
+STRESSES = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
 VELOCITIES = {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3}
 STEP = re.compile(r"\bDT\s*=\s*([\d.]+(?:[eE][-+]?\d+)?)", re.IGNORECASE)
 HEADER_OF_PEER = 4  # lines
 
 
 def read_record(path: Path, quantity: MotionQuantity) -> Series:
-    """Return times [s] and accelerations [m/s2] or velocities [m/s] of a file.
+    """Return times [s] and accelerations [m/s2], velocities [m/s] or stresses [Pa] of a file.
 
     Raises
     ------
@@ -35,7 +36,7 @@ def read_record(path: Path, quantity: MotionQuantity) -> Series:
             f"{path}: a record needs the columns 'time' and '{quantity}' (or 'value'); its header has "
             f"{', '.join(rows.header)}"
         )
-    units = ACCELERATIONS if quantity == "acceleration" else VELOCITIES
+    units = {"acceleration": ACCELERATIONS, "velocity": VELOCITIES, "stress": STRESSES}[quantity]
     faults: list[str] = []
     time = _column(rows, "time", SECONDS, "s", faults)
     value = _column(rows, values[0], units, next(iter(units)), faults)

@@ -9,8 +9,8 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, Portable, show_only
 from bsm_mesh.model.submodel import SubModel
 
-ENERGIES = ("input", "loads", "kinetic", "springs", "bolts", "slip", "dashpots", "mass_damping", "error")
-"""What is added up: put in by the base and by weight, loads and water; what became of it; the remainder."""
+ENERGIES = ("input", "loads", "kinetic", "springs", "bolts", "slip", "dashpots", "mass_damping", "quiet", "error")
+"""What is added up: put in by the base or waves and by weight, loads and water; what became of it; the remainder."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
@@ -23,10 +23,10 @@ class ShakingResult(Portable):
         Times of the values.
     base_acceleration : (k,) float64 [m/s2]
         Of the base at them, along its direction, as a mean over a time step.
-    energy : (k, 9) float64 [N]
-        Energies since the start, per metre of thickness, a column each of `ENERGIES`: put in by the base (`input`) and
+    energy : (k, 10) float64 [N]
+        Energies since the start, per metre of thickness, a column each of `ENERGIES`: put in by the base or by waves (`input`) and
         by weights, loads and water, less what blocks take along that are taken away (`loads`); what movement, springs,
-        bolts, slip, dashpots and mass damping took of it; and the rest (`error`).
+        bolts, slip, dashpots, mass damping and quiet boundaries took of it; and the rest (`error`).
     peak_velocity : (n,) float64 [m/s]
         Greatest speed of every block relative to the base.
     peak_acceleration : (n,) float64 [m/s2]
@@ -81,11 +81,11 @@ def _in_whole(part: SubModel, chosen: BoolArray) -> BoolArray:
 
 
 def imbalance_of(energy: FloatArray) -> float:
-    """Return the greatest error over the greatest of all energies (k, 9); 0 where there is none.
+    """Return the greatest error over the greatest of all energies (k, 10); 0 where there is none.
 
     Examples
     --------
-    >>> imbalance_of(np.array([[100.0, 0, 60, 0, 0, 39, 0, 0, 1]]))
+    >>> imbalance_of(np.array([[100.0, 0, 60, 0, 0, 39, 0, 0, 0, 1]]))
     0.01
     """
     greatest = float(np.abs(energy[:, :-1]).max(initial=0.0))

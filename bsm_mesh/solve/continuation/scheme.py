@@ -11,8 +11,9 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.submodel import SubModel
-from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.supports import Bars, Target
 from bsm_mesh.results.movement import as_given
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.installed import InstalledBolts
@@ -181,10 +182,16 @@ class ContinuationScheme:
         shaking = self.model.stages[number - 1].shaking if number else None
         if shaking is not None:
             shaken = None if self._shaken is None else self._shaken.in_part(part)
-            engine = ShakenContinuation(*given, shaking=shaking, shaken=shaken)
+            engine = ShakenContinuation(*given, shaking=shaking, shaken=shaken, quiet=self._quiet(shaking))
         else:
             engine = (WangIteration if self.options.scheme == "wang" else Continuation)(*given)
         return engine
+
+    def _quiet(self, shaking: Shaking) -> IntArray:
+        """Return the numbers of the supports of quiet boundaries."""
+        supports = self.model.supports
+        found = [k for k, one in enumerate(supports) if isinstance(one, Target) and one.boundary in shaking.quiet]
+        return np.array(found, dtype=np.int32)
 
     def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
         bolts = bolt_forces(self.model.bolts, self.bolts.after(motion.bolts), motion.bolts_at)

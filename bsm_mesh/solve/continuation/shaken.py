@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import floor
 
 import numpy as np
 
-from bsm_mesh.arrays import ROUNDING, FloatArray
+from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
+from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.model.supports import Bars
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.results.shaking import imbalance_of
 from bsm_mesh.solve.continuation.loop import Continuation
@@ -23,10 +25,12 @@ from bsm_mesh.solve.continuation.state import LoopState
 from bsm_mesh.solve.motion.energy import kinetic_energy, spring_energy
 from bsm_mesh.solve.motion.following import SETTINGS as FOLLOWING
 from bsm_mesh.solve.motion.motion import Motion, Start
+from bsm_mesh.solve.motion.quiet_ends import QuietEnds
 from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
+from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
-from bsm_mesh.solve.step.system import Contacts
+from bsm_mesh.solve.step.system import Contacts, System
 
 NAME = "shaking"
 
@@ -45,6 +49,9 @@ class ShakenContinuation(Continuation):
         The input.
     shaken : ShakingMemory, optional
         How far it was shaken before some of its blocks were taken away.
+    quiet : (k,) int
+        Numbers of the supports of its quiet boundaries. While it is shaken dashpots stand for them; then they hold
+        again, where they were.
     """
 
     def __init__(
@@ -59,8 +66,11 @@ class ShakenContinuation(Continuation):
         *,
         shaking: Shaking,
         shaken: ShakingMemory | None = None,
+        quiet: IntArray,
     ) -> None:
         self._shaking, self.shaken, self._is_begun = shaking, shaken, resumed is not None
+        self._quiet = quiet
+        self._opened: BlockSystem | None = None
         self._base = BaseMotion(shaking)
         super().__init__(model, options, observer, start, resumed, accepted, route)
 
@@ -81,17 +91,52 @@ class ShakenContinuation(Continuation):
         super()._set_residual_scale(contacts, self.state.position)
         springs, model = spring_energy(contacts, self.system.evaluate(contacts, self.state.position)), self.system.model
         if self.shaken is None:
-            self.shaken = ShakingMemory.begin(model.blocks.count, len(model.joints), springs)
+            quiet = self._quiet_ends() if self._shaking.quiet else None
+            self.shaken = ShakingMemory.begin(model.blocks.count, len(model.joints), springs, quiet)
         elif self.shaken.time > 0:
             self.shaken = self.shaken.without(springs + kinetic_energy(model, self.shaken.velocity))
         self._is_begun = True
+
+    def _quiet_ends(self) -> QuietEnds:
+        """Return the ends of quiet boundaries at rest, with the forces of the supports that they stand for."""
+        system, position = self.system, self.state.position
+        assert isinstance(system, BlockSystem)
+        bars, supports = system.bars, system.constraints_at(position)
+        nothing = PointForces(block=bars.block[:0], point=bars.point[:0], force=bars.direction[:0])
+        opened = self._without_supports(nothing)  # with the contacts between blocks that were held
+        contacts = opened.gather(self.state.history, position, first=False, keeps_lengths=True)
+        forces = opened.acting_at(position) + opened.evaluate(contacts, position).forces
+        rows = np.isin(bars.support, self._quiet)
+        force = supports.bar_forces(supports.reactions(forces))[rows, None] * bars.direction[rows]
+        held = PointForces(block=bars.block[rows], point=bars.point[rows], force=force)
+        return QuietEnds.begin(system.model, self._shaking, self._base.axis, held)
+
+    def _without_supports(self, held: PointForces) -> BlockSystem:
+        """Return the system with forces in the place of the supports of quiet boundaries."""
+        system = self.system
+        assert isinstance(system, BlockSystem)
+        rows = ~np.isin(system.bars.support, self._quiet)
+        bars = Bars(**{field.name: getattr(system.bars, field.name)[rows] for field in fields(Bars)})
+        model = system.model.replace(supports=[bars], loads=[*system.model.acting_loads, held])
+        opened = BlockSystem(model, system.bolts, self.state.position)
+        opened.residual_scale = system.residual_scale
+        return opened
+
+    def _shaken_system(self, memory: ShakingMemory) -> System:
+        """Return the system while it is shaken."""
+        if memory.quiet is None:
+            return self.system
+        if self._opened is None:
+            self._opened = self._without_supports(memory.quiet.held)
+        self._opened.bolts = self.system.bolts
+        return self._opened
 
     def _set_residual_scale(self, contacts: Contacts, position: FloatArray) -> None:
         """Keep the unit of residuals: that of the equilibrium before the shaking."""
 
     def _shaken_step(self, memory: ShakingMemory) -> Motion | None:
         """Go on to the end of a step of the shaking, and return the final state if it is one."""
-        system, state = self.system, self.state
+        system, state = self._shaken_system(memory), self.state
         began = time.perf_counter(), self.factors.count
         contacts = system.gather(state.history, state.position, first=False, keeps_lengths=True)
         equations = StepEquations(system, self.factors, contacts, state.position, self.min_lam)

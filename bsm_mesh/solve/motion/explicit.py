@@ -12,6 +12,7 @@ A *window* of cycles has one reference: forces and laws are worked out exactly t
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -66,6 +67,7 @@ class ExplicitMotion(Cycles):
             constants=(1 / self._masses.mass, self.system.scale, self._settings.damping),
             velocity=self._velocity,
             shaken=shaken,
+            ends=self._ends(cycles),
         )
         self.cycles += went
         self.diverged = not np.isfinite(moved).all()
@@ -76,6 +78,10 @@ class ExplicitMotion(Cycles):
 
     def _shaken(self) -> tuple[FloatArray, FloatArray] | None:
         """Return drag (n, 3) and room for work (n, 5) of shaken blocks, as `move_shaken` takes them; or None."""
+        return None
+
+    def _ends(self, cycles: int) -> tuple[Any, ...] | None:
+        """Return the ends of quiet boundaries in so many cycles, as `advance_window` takes them; or None."""
         return None
 
     def _may_wear(self) -> BoolArray:

@@ -10,6 +10,7 @@ from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.contact_columns import SingleArray
 from bsm_mesh.solve.motion.energy import real_masses
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, spring_sums
+from bsm_mesh.solve.motion.quiet_ends import QuietEnds
 from bsm_mesh.solve.step.equations import StepEquations
 
 
@@ -30,6 +31,8 @@ class RealMasses(Masses):
         What is given.
     stable : float [s]
         The largest time step that was stable so far.
+    ends : QuietEnds, optional
+        Of quiet boundaries.
 
     Attributes
     ----------
@@ -40,9 +43,15 @@ class RealMasses(Masses):
     """
 
     def __init__(
-        self, step: StepEquations, settings: MotionSettings, weighed: Weighed, shaking: Shaking, stable: float
+        self,
+        step: StepEquations,
+        settings: MotionSettings,
+        weighed: Weighed,
+        shaking: Shaking,
+        stable: float,
+        ends: QuietEnds | None = None,
     ) -> None:
-        self._system, self._settings, self._shaking = step.system, settings, shaking
+        self._system, self._settings, self._shaking, self._ends = step.system, settings, shaking, ends
         model = step.system.model
         weights = np.where(step.system.prescribed_blocks & (model.weights == 0), 1.0, model.weights)  # never moves
         self.real = real_masses(weights, model.blocks)
@@ -54,11 +63,15 @@ class RealMasses(Masses):
         """Reduce the stable time step to that of contacts: blocks a, b (k,) and columns (k,)."""
         free = ~self._system.prescribed_blocks
         self._sums = spring_sums(self._system, weighed, self._settings.heavier_bolts)
+        if self._ends is not None:
+            self._sums = self._sums + self._ends.sums(self._sums)
         self._least_masses = self._settings.heavier * self._sums / self._shaking.time_step**2
         needed = (self._least_masses / self._shaking.mass_scaling / self.real)[free].max(initial=0.0)
         d, window = self._system.d, self._settings.window
         # Without contacts: no block falls by more than a window in a time step.
         needed = max(needed, self._needed_by_dashpots(weighed))
+        if self._ends is not None:
+            needed = max(needed, self._ends.needed / self._shaking.time_step**2)
         steps = (1 / np.sqrt(needed) if needed > 0 else np.inf, np.sqrt(2 * window * d / GRAVITY))
         self.stable = min(self.stable, *map(float, steps))
 

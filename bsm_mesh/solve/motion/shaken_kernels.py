@@ -10,6 +10,47 @@ from bsm_mesh.compiled import njit
 BASE, BOLTS, DRAG, SPEED, ACCELERATION = range(5)
 """Columns of the work of blocks: of the base, the bolts and the drag [N]; greatest speed and acceleration."""
 
+DASHPOT, SPRING, INVERSE_MASS, PUSH = range(4)
+"""Columns of what the ends of quiet boundaries are made of, in cycles."""
+
+STRETCH, VELOCITY = range(2)
+"""Columns of the state of the ends [m]."""
+
+PUSHED, LEFT = range(2)
+"""Columns of the work of the ends [N]: what waves put in, what dashpots take."""
+
+Ends = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""Rows that are moved here; blocks (k,); movement by that of the block (k, 3); what they are made of (k, 4); state
+(k, 2) and work (k, 2), which change in place; the input of each cycle."""
+
+
+@njit(nogil=True)
+def add_ends(ends: Ends, forces: FloatArray) -> None:  # pragma: no cover - compiled
+    """Add the forces of the ends of quiet boundaries on their blocks, (n, 3)."""
+    rows, block, along, made, state, _, _ = ends
+    for j in rows:
+        force = made[j, SPRING] * state[j, STRETCH]
+        for axis in range(3):
+            forces[block[j], axis] += force * along[j, axis]
+
+
+@njit(nogil=True)
+def move_ends(ends: Ends, cycle: int, velocity: FloatArray) -> None:  # pragma: no cover - compiled
+    """Move the ends of quiet boundaries in a cycle in which blocks got velocities (n, 3)."""
+    rows, block, along, made, state, work, given = ends
+    for j in rows:
+        inverse, dashpot = made[j, INVERSE_MASS], made[j, DASHPOT]
+        push, half, before = made[j, PUSH] * given[cycle], made[j, DASHPOT] * made[j, INVERSE_MASS] / 2, state[j, VELOCITY]
+        pulled = push - made[j, SPRING] * state[j, STRETCH]
+        after = (before * (1.0 - half) + pulled * inverse) / (1.0 + half)
+        mean = (before + after) / 2
+        work[j, PUSHED] += push * mean
+        work[j, LEFT] += dashpot * mean * mean
+        state[j, VELOCITY] = after
+        state[j, STRETCH] += after
+        for axis in range(3):
+            state[j, STRETCH] -= along[j, axis] * velocity[block[j], axis]
+
 
 @njit(nogil=True)
 def move_shaken(

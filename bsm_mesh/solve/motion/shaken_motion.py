@@ -8,6 +8,7 @@ they follow to the new half.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -57,15 +58,16 @@ class ShakenMotion(ExplicitMotion):
         self._velocity = memory.velocity * memory.time_step  # contacts are asked with it
         super().__init__(step, UNDAMPED)
         free = (~self.system.prescribed_blocks).astype(float)
-        self._axis = np.append(base.axis, 0.0) * free[:, None]
+        self._axis = np.append(base.axis, 0.0) * free[:, None] * (shaking.boundary is None)
         self._velocity = memory.velocity * memory.time_step
         self._work = np.zeros((len(free), 5))
         self._until = memory.time
         self._begun: tuple[Residual, FloatArray, FloatArray, FloatArray]
+        self._end_state, self._end_work = np.zeros((0, 2)), np.zeros((0, 2))
         self._slip_energy, self._damped, self._time_step = np.zeros_like(memory.slip_energy), 0.0, memory.time_step
 
     def _begin_masses(self, velocity: FloatArray) -> RealMasses:
-        return RealMasses(self._step, self._settings, self._weighed(), self._shaking, self.memory.stable)
+        return RealMasses(self._step, self._settings, self._weighed(), self._shaking, self.memory.stable, self.memory.quiet)
 
     def go_on(self, until: float) -> None:
         """Go on until a time [s], or until blocks have passed each other so far that contacts are to be searched for.
@@ -95,6 +97,9 @@ class ShakenMotion(ExplicitMotion):
         self._work[:] = 0.0
         self._ramped_load = self._axis * masses.mass
         self._begun = self.residual, self._bolt_forces(), self._velocity, self._push()
+        if memory.quiet is not None:
+            given, before = self._given(1)[0], memory.time_step or self._time_step
+            self.memory = replace(memory, quiet=memory.quiet.at_half(given, before, self._time_step))
         speed = self._step.movement(self._velocity)
         return min(cycles, count, max(1, int(self._window() / speed))) if speed > 0 else min(cycles, count)
 
@@ -119,7 +124,7 @@ class ShakenMotion(ExplicitMotion):
             return velocity
         time, halves = self.memory.time, np.array([time_step, before]) / 2
         gained = float(np.diff(self._base.velocity_at(time - halves)[::-1])[0])
-        pushed = self.residual.forces / self._masses.mass * (before - time_step) / (2 * step)
+        pushed = self._forces() / self._masses.mass * (before - time_step) / (2 * step)
         pushed -= gained * step * self._axis
         return velocity + self._onto_free_axes(pushed)
 
@@ -139,6 +144,25 @@ class ShakenMotion(ExplicitMotion):
 
     def _unramped_fraction(self, cycles: int) -> FloatArray:
         return self._base_accelerations(cycles)
+
+    def _forces(self) -> FloatArray:
+        """Return the forces on blocks now, those of quiet boundaries among them, (n, 3) [N/m, N/m, N]."""
+        quiet, position = self.memory.quiet, self.residual.position
+        return self.residual.forces if quiet is None else self.residual.forces + quiet.forces(position)
+
+    def _given(self, cycles: int) -> FloatArray:
+        """Return velocity [m/s] or stress [Pa] of the wave in cycles from now on, (cycles,)."""
+        return self._base.velocity_at(self.memory.time + self._time_step * np.arange(cycles, dtype=np.float64))
+
+    def _ends(self, cycles: int) -> tuple[Any, ...] | None:
+        quiet, step = self.memory.quiet, self._time_step
+        if quiet is None:
+            return None
+        made = np.column_stack([quiet.dashpot / step, quiet.spring, step**2 / quiet.mass, quiet.push])
+        self._end_state = np.column_stack([quiet.stretch, quiet.velocity * step])
+        self._end_work = np.zeros((len(quiet.block), 2))
+        along = quiet.along(self.residual.position)
+        return quiet.block, along, made, self._end_state, self._end_work, self._given(cycles)
 
     def _shaken(self) -> tuple[FloatArray, FloatArray]:
         return np.full_like(self._axis, self._shaking.drag * self._time_step), self._work
@@ -167,18 +191,29 @@ class ShakenMotion(ExplicitMotion):
             windows=memory.windows + 1,
         )
         self.memory = memory
-        work = self._window_work()
+        work = self._window_work() + self._work_of_ends()
+        if memory.quiet is not None:
+            stretch, velocity = self._end_state.T
+            memory = replace(memory, quiet=replace(memory.quiet, stretch=stretch, velocity=velocity / step))
         self.memory = replace(memory, sums=memory.sums + work, slip_energy=memory.slip_energy + self._slip_energy)
 
     def _window_work(self) -> FloatArray:
-        """Return the work of the last window by `SUMS`, (6,) [N]: by the trapezoidal rule, halves at both its ends."""
+        """Return the work of the last window by `SUMS`, (7,) [N]: by the trapezoidal rule, halves at both its ends."""
         begin, bolts, velocity, push = self._begun
         moved = self.residual.position - begin.position
         base = self._work[:, BASE].sum() + ((push * velocity).sum() - (self._push() * self._velocity).sum()) / 2
         of_bolts = self._work[:, BOLTS].sum()
         of_bolts += ((self._bolt_forces() * self._velocity).sum() - (bolts * velocity).sum()) / 2
         loads = (self.system.loads_at(begin.position) * moved).sum()
-        return np.array([base, loads, -of_bolts, self._slip_energy.sum(), self._damped, self._work[:, DRAG].sum()])
+        drag = self._work[:, DRAG].sum()
+        return np.array([base, loads, -of_bolts, self._slip_energy.sum(), self._damped, drag, 0.0])
+
+    def _work_of_ends(self) -> FloatArray:
+        """Return the work at quiet boundaries in the last window by `SUMS`, (7,) [N]."""
+        found = np.zeros(len(SUMS))
+        if self.memory.quiet is not None:
+            found[[SUMS.index("input"), SUMS.index("quiet")]] = self._end_work.sum(axis=0)
+        return found
 
     def _push(self) -> FloatArray:
         """Return the force of the base's acceleration on blocks now, (n, 3) [N/m, N/m, N], turned over."""
@@ -228,7 +263,7 @@ class ShakenMotion(ExplicitMotion):
     def _kinetic(self) -> float:
         """Return the kinetic energy now [N]: of the velocities half a time step before and after."""
         mass = np.where(self.system.prescribed_blocks[:, None], 0.0, self._masses.mass)
-        pushed = self._onto_free_axes((self.residual.forces - self._push()) / self._masses.mass)
+        pushed = self._onto_free_axes((self._forces() - self._push()) / self._masses.mass)
         return float((mass * self._velocity * (self._velocity + pushed)).sum() / 2)
 
     def keep_record(self) -> None:
@@ -237,6 +272,7 @@ class ShakenMotion(ExplicitMotion):
         sums = dict(zip(SUMS, memory.sums, strict=True))
         springs = spring_energy(self.contacts, self.residual.at) - memory.springs
         found = {**sums, "kinetic": self._kinetic(), "springs": springs}
+        found["quiet"] += 0.0 if memory.quiet is None else memory.quiet.stored
         found["error"] = found["input"] + found["loads"] - sum(found[name] for name in ENERGIES[2:-1])
         base = self._base_accelerations(1)[0] / self._time_step**2
         row = [memory.time, base, *(found[name] for name in ENERGIES)]

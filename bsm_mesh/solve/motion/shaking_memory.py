@@ -9,8 +9,9 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.results.shaking import ENERGIES, ShakingResult, imbalance_of
+from bsm_mesh.solve.motion.quiet_ends import QuietEnds
 
-SUMS = ("input", "loads", "bolts", "slip", "dashpots", "mass_damping")
+SUMS = ("input", "loads", "bolts", "slip", "dashpots", "mass_damping", "quiet")
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -25,11 +26,11 @@ class ShakingMemory:
         Of the blocks, half a time step before.
     time_step, stable : float [s]
         The last one, 0 at the start; the largest that was stable so far.
-    sums : (6,) float64 [N]
+    sums : (7,) float64 [N]
         Energies of `SUMS` since the start.
     springs : float [N]
         Energy in the springs of contacts at the start.
-    records : (k, 11) float64
+    records : (k, 12) float64
         Time, acceleration of the base and the energies of `ENERGIES` at the times of records.
     peaks : (n, 2) float64 [m/s, m/s2]
         Greatest speed and acceleration of every block.
@@ -45,6 +46,8 @@ class ShakingMemory:
         So far.
     stored : float [N]
         Kinetic energy and that of springs where blocks have come down.
+    quiet : QuietEnds or None
+        Of quiet boundaries.
     """
 
     time: float
@@ -62,9 +65,10 @@ class ShakingMemory:
     cycles: int
     windows: int
     stored: float = 0.0
+    quiet: QuietEnds | None = None
 
     @classmethod
-    def begin(cls, blocks: int, joints: int, springs: float) -> ShakingMemory:
+    def begin(cls, blocks: int, joints: int, springs: float, quiet: QuietEnds | None = None) -> ShakingMemory:
         """Return the state at the start, of so many blocks at rest and so many joints."""
         return cls(
             time=0.0,
@@ -81,6 +85,7 @@ class ShakingMemory:
             least_step=np.inf,
             cycles=0,
             windows=0,
+            quiet=quiet,
         )
 
     def without(self, stored: float) -> ShakingMemory:
@@ -91,13 +96,17 @@ class ShakingMemory:
 
     def in_part(self, part: SubModel) -> ShakingMemory:
         """Return the same of some of the blocks."""
-        return replace(self, **{name: getattr(self, name)[part.block] for name in ("velocity", "peaks", "heavier")})
+        quiet = None if self.quiet is None else self.quiet.in_part(part)
+        rows = {name: getattr(self, name)[part.block] for name in ("velocity", "peaks", "heavier")}
+        return replace(self, quiet=quiet, **rows)
 
     def in_whole(self, part: SubModel) -> ShakingMemory:
         """Return the same in the numbers of the whole."""
         heavier = np.zeros(len(part.present), dtype=bool)
         heavier[part.block] = self.heavier
-        return replace(self, velocity=part.in_whole(self.velocity), peaks=part.in_whole(self.peaks), heavier=heavier)
+        quiet = None if self.quiet is None else self.quiet.in_whole(part)
+        velocity, peaks = part.in_whole(self.velocity), part.in_whole(self.peaks)
+        return replace(self, velocity=velocity, peaks=peaks, heavier=heavier, quiet=quiet)
 
 
 def result_of(memory: ShakingMemory) -> ShakingResult:

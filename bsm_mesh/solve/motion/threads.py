@@ -84,15 +84,16 @@ def advance_window(
     constants: tuple[FloatArray, FloatArray, float],
     velocity: FloatArray,
     shaken: tuple[FloatArray, FloatArray] | None = None,
+    ends: tuple[Any, ...] | None = None,
 ) -> tuple[int, FloatArray, FloatArray]:
     """Return how many cycles went by, by what they moved blocks, and their velocities, (n, 3) each.
 
-    `share` changes in place; the rest as `kernels.advance` takes it.
+    `share` changes in place; the rest as `kernels.advance` takes it, `ends` without its rows.
     """
     velocity = velocity.copy()
     moved, turns = np.zeros((2, *velocity.shape)), np.zeros((2, 2, len(velocity)), np.float32)
     count = min(len(strips), len(share.block_a) // AT_ONCE)
-    common = bolts, loads, constants, velocity, moved, turns, shaken
+    common = bolts, loads, constants, velocity, moved, turns, shaken, ends
     if count <= 1:
         part = _Strip(share, np.arange(len(velocity)), supports, common)
         went = part.advance(cycles, 0, farthest)
@@ -111,15 +112,18 @@ class _Strip:
         self._own = np.sort(own[~np.isin(own, supported)]).astype(np.uint32)  # unsigned: none counts from the end
         self._supports = np.flatnonzero(np.isin(supported, own)), supported, projector, prescribed
         self._common = common
+        self._ends = None if common[7] is None else np.flatnonzero(np.isin(common[7][0], own))
         # Room for the forces of blocks, and for those of bolts alone.
         self._forces = np.empty((2 if common[6] is not None else 1, *common[3].shape))
 
     def advance(self, cycles: int, begun: int, farthest: float) -> int:
-        bolts, (acting, ramped_load, unramped_fraction), constants, velocity, moved, turns, shaken = self._common
+        bolts, (acting, ramped_load, unramped_fraction), constants, velocity, moved, turns, shaken, ends = self._common
         loads = acting, ramped_load, unramped_fraction[begun : begun + cycles]
+        if ends is not None:
+            ends = self._ends, *ends[:-1], ends[-1][begun : begun + cycles]
         went: int = advance(
             cycles, begun, farthest, self._own, self._supports, self.share.columns, bolts, loads, constants,
-            velocity, moved, turns, self._forces, shaken,
+            velocity, moved, turns, self._forces, shaken, ends,
         )  # fmt: skip
         return went
 
@@ -127,7 +131,7 @@ class _Strip:
         """Take contacts to where the last cycle has moved blocks, if their work is asked for: that of it is part."""
         if self.share.works is None:
             return
-        _, _, _, _, moved, turns, _ = self._common
+        _, _, _, _, moved, turns, *_ = self._common
         add_contact_forces(moved[went % 2], *turns[went % 2], *self.share.columns, self._forces[0])
 
 
