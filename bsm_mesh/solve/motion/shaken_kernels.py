@@ -40,7 +40,11 @@ def move_ends(ends: Ends, cycle: int, velocity: FloatArray) -> None:  # pragma: 
     rows, block, along, made, state, work, given = ends
     for j in rows:
         inverse, dashpot = made[j, INVERSE_MASS], made[j, DASHPOT]
-        push, half, before = made[j, PUSH] * given[cycle], made[j, DASHPOT] * made[j, INVERSE_MASS] / 2, state[j, VELOCITY]
+        push, half, before = (
+            made[j, PUSH] * given[cycle],
+            made[j, DASHPOT] * made[j, INVERSE_MASS] / 2,
+            state[j, VELOCITY],
+        )
         pulled = push - made[j, SPRING] * state[j, STRETCH]
         after = (before * (1.0 - half) + pulled * inverse) / (1.0 + half)
         mean = (before + after) / 2

@@ -67,7 +67,9 @@ class ShakenMotion(ExplicitMotion):
         self._slip_energy, self._damped, self._time_step = np.zeros_like(memory.slip_energy), 0.0, memory.time_step
 
     def _begin_masses(self, velocity: FloatArray) -> RealMasses:
-        return RealMasses(self._step, self._settings, self._weighed(), self._shaking, self.memory.stable, self.memory.quiet)
+        return RealMasses(
+            self._step, self._settings, self._weighed(), self._shaking, self.memory.stable, self.memory.quiet
+        )
 
     def go_on(self, until: float) -> None:
         """Go on until a time [s], or until blocks have passed each other so far that contacts are to be searched for.
