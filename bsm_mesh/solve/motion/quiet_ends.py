@@ -3,7 +3,7 @@
 A wave passes centroids, and a dashpot belongs at the edge, half a block away. Rigid blocks of mass m with springs k
 between them ask at the centroid of the last one for the force ``c (sqrt(1 - (w tau)^2) - i w tau)`` over its velocity:
 ``c = sqrt(k m)``, ``tau = m / 2 c``, ``w`` the circular frequency. A dashpot c on a mass M that hangs on the block by a
-spring K has the same up to the second order in ``w tau`` for ``M / c = tau / sqrt(2)``, ``c / K = tau (1 + 1 / sqrt(2))``.
+spring K has the same up to second order for ``M / c = tau / sqrt(2)``, ``c / K = tau (1 + 1 / sqrt(2))``.
 Both ends of an edge have one across it and one along it.
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
@@ -124,7 +124,7 @@ class QuietEnds:
         """Return the same in the numbers of the whole."""
         return self._with(np.ones(len(self.block), bool), np.ones(len(self.held.block), bool), part.block)
 
-    def _with(self, rows: FloatArray, held: FloatArray, number: IntArray) -> QuietEnds:
+    def _with(self, rows: BoolArray, held: BoolArray, number: IntArray) -> QuietEnds:
         names = "arm", "direction", "dashpot", "delay", "push", "stretch", "velocity"
         forces = self.held
         return replace(
