@@ -173,18 +173,12 @@ def _shaking_faults(model: Model, shaking: Shaking) -> Iterable[str]:
 def _quiet_faults(model: Model, shaking: Shaking) -> Iterable[str]:
     """Return a sentence for every quiet boundary that cannot be one."""
     supported = {support.boundary for support in model.supports if isinstance(support, Target)}
-    rocks = {rock.name: rock for rock in model.rocks}
     for name in shaking.quiet:
         if name not in model.blocks.boundaries:
             yield f"quiet: there is no boundary '{name}'{nearest(name, model.blocks.boundaries)}"
             continue
         if name not in supported:
             yield f"quiet: boundary '{name}' has no support; give it one, which holds it before it is shaken"
-        edges = model.blocks.boundaries[name]
-        for number in np.unique(model.blocks.rock[model.blocks.owner[edges]]):
-            rock = rocks.get(model.blocks.rock_names[number])
-            if rock is not None and (rock.young is None or rock.poisson is None):
-                yield f"quiet: rock '{rock.name}' at boundary '{name}' needs young and poisson, for the speed of waves"
 
 
 def _missing(

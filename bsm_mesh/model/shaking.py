@@ -36,7 +36,7 @@ class Shaking:
     """Shaking of all supports together, or of a quiet boundary, by a record or by a waveform.
 
     Give either `record` or `waveform`. The supports move as one rigid base in `direction`; displacements are relative
-    to this base. With `boundary` a wave enters there instead, and supports stand still.
+    to this base. With `boundary` a wave enters there instead, and supports are at rest.
 
     Attributes
     ----------
@@ -58,8 +58,8 @@ class Shaking:
     scale : float
         Factor on the record or the waveform.
     quiet : tuple of str
-        Boundaries that let waves out: their supports become viscous dashpots while the stage is shaken, and the forces
-        of these supports stay. Their rocks need `young` and `poisson`.
+        Boundaries that let waves out. Viscous dashpots replace their supports while the stage is shaken; the forces of
+        these supports stay. Waves have the speed of blocks on their springs.
     boundary : str or None
         The quiet boundary through which a wave enters; None: the supports move.
     duration : float or None [s]

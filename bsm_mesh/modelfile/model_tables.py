@@ -164,8 +164,8 @@ class ShakingTable(Table):
 
     record: PathText | list[list[Annotated[float, q.MOTION]]] | None = Field(
         default=None,
-        description="table (CSV) of time and acceleration, velocity or stress, units in its header, or a file of PEER (.at2), "
-        "relative to the model file; or [times, values] in s and m/s^2, m/s or Pa",
+        description="table (CSV) of time and acceleration, velocity or stress, units in its header, or a file of PEER "
+        "(.at2), relative to the model file; or [times, values] in s and m/s^2, m/s or Pa",
     )
     mass_damping: MassDampingTable | None = Field(default=None, description="drag on all blocks; default: none")
 

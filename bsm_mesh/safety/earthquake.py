@@ -185,6 +185,11 @@ def newmark(
     found = shaking if shaking is not None else None if number is None else model.stages[number].shaking
     if found is None:
         raise ModelError("newmark: no stage of the model is shaken; give a record")
+    if found.boundary is not None:
+        raise ModelError(
+            f"newmark: the wave enters through '{found.boundary}' while supports are at rest; give the record of a "
+            "ground that moves"
+        )
     if in_space(model.blocks):
         raise ModelError(
             "newmark: models of polyhedra have no horizontal part of the weights yet; take one in the plane"

@@ -13,6 +13,7 @@ from bsm_mesh.results.shaking import ENERGIES
 from examples.numbers.pages import Table, markdown
 from examples.numbers.safety import starter
 from tests.scenes.models import GAMMA
+from tests.scenes.quiet import DENSITY, MODULI, column, velocities
 from tests.scenes.shaken import QUIET, housners_swings, quake, rocking, swings, wall
 
 DAMPINGS = (0.0, 0.2, "housner")
@@ -149,7 +150,22 @@ def slope_by_damping() -> str:
     return markdown(("", "verdict", "greatest displacement, m", "steps, thousands a second of the record"), rows)
 
 
+def reflections() -> str:
+    """Return a row for every joint in a column: what quiet ends reflect, and those of intact rock would."""
+    rows = []
+    for stiffness, every in ((np.inf, 1), (100e9, 1), (25e9, 1), (40e9, 4), (10e9, 4)):
+        model, speed = column(90, 80, joint=(stiffness, every))
+        time, velocity = velocities(bsm.run(model), "v")
+        back = np.abs(velocity[time > 165 / speed]).max() / np.abs(velocity).max()
+        slower = speed / np.sqrt(MODULI[90] / DENSITY)
+        joint = ("none", "-") if stiffness == np.inf else (f"every {every}", f"{stiffness / 1e9:.0f}")
+        rows.append((*joint, f"{slower:.2f}", f"{100 * back:.2f}", f"{100 * (1 - slower) / (1 + slower):.1f}"))
+    header = ("joint in faces", "GPa/m", "speed over that of rock", "reflected, %", "with intact rock's impedance, %")
+    return markdown(header, rows)
+
+
 TABLES = (
+    Table(name="quiet", page="docs/earthquakes.md", make=reflections, is_slow=True, tolerance=0.3),
     Table(name="shaken-slope", page="docs/earthquakes.md", make=slope_by_damping, is_slow=True, tolerance=0.3),
     Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
     Table(name="random-rocking", page="docs/earthquakes.md", make=random_rocking, is_slow=True),

@@ -23,6 +23,7 @@ from tests.scenes.interrupted import copies_of, fails, interrupted, stop, whole_
 from tests.scenes.large import tilted_courses
 from tests.scenes.model_folders import content, put_model
 from tests.scenes.models import model_of
+from tests.scenes.quiet import on_quiet_base
 from tests.scenes.shaken import block_on_plane, quake
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import tree
@@ -61,15 +62,23 @@ def test_resumed_from_checkpoints(tmp_path: Path, left: list[Path], name: str, s
         assert names(model.parent) == ["bolts.csv", "mesh.msh", "model.toml", "out"]
 
 
+SHAKEN = {
+    "base": lambda: block_on_plane(
+        bsm.Shaking(record=quake(4.0, 3.0), every=0.25), friction=0.2, histories=[bsm.History(name="b", block=1)]
+    ),
+    "quiet": lambda: on_quiet_base(20.0, 0.5, duration=3.0, every=0.25),
+}
+
+
 @pytest.mark.usefixtures("at_every_step")
-def test_within_a_record(tmp_path: Path, left: list[Path]) -> None:
+@pytest.mark.parametrize("name", SHAKEN)
+def test_within_a_record(tmp_path: Path, left: list[Path], name: str) -> None:
     """Histories, energies, and the times of frames are those of a run that was not interrupted."""
-    shaking = bsm.Shaking(record=quake(4.0, 3.0), every=0.25)
-    given = block_on_plane(shaking, friction=0.2, histories=[bsm.History(name="b", block=1)])
+    given = SHAKEN[name]()
     model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
     model.parent.mkdir()
-    for name, write in files_of_model(given, bsm.Options()).items():
-        write(model.parent / name)
+    for file, write in files_of_model(given, bsm.Options()).items():
+        write(model.parent / file)
     text = model.read_text(encoding="utf-8")
     model.write_text(text.replace("[output]", '[output]\nsnapshots = "steps"'), encoding="utf-8")
     bsm.run(model, output=out)

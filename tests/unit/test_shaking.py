@@ -32,6 +32,10 @@ SINE = {"waveform": "sine", "frequency": 2.0, "amplitude": 3.0}
         ({**SINE, "mass_damping": 0.02}, r"must be a pair \(ratio, frequency\)"),
         ({**SINE, "mass_damping": (0.02, -1)}, "mass_damping: frequency = -1 Hz"),
         ({**SINE, "quantity": "force"}, "quantity = 'force' is unknown"),
+        ({**SINE, "quantity": "stress"}, "quantity = 'stress' needs the boundary on which it acts"),
+        ({**SINE, "quantity": "velocity", "quiet": ["a"], "boundary": "b"}, "boundary = 'b' is not quiet"),
+        ({**SINE, "quiet": ["a", "a"]}, "names a boundary twice"),
+        ({**SINE, "quiet": [3]}, "quiet"),
     ],
 )
 def test_faults_are_said(given, fault):
@@ -52,6 +56,23 @@ def test_what_cannot_be_shaken_is_said():
     for scheme in ("linear", "wang"):
         with pytest.raises(bsm.ModelError, match=f"'s' is shaken, which scheme = '{scheme}' cannot do"):
             bsm.run(model, bsm.Options(scheme=scheme))
+
+
+def test_quiet_boundaries_that_cannot_be_are_said():
+    quiet = bsm.Shaking(**SINE, quiet=["left", "lower", "right"])
+    blocks = bsm.Blocks.from_polygons([square(0, 0), square(0, 1)], rock="rock")
+    for name, x in (("left", 0.0), ("right", 1.0)):
+        blocks = blocks.with_boundary(name, lambda at, _, x=x: np.abs(at - x) < 1e-6)
+    model = model_of([square(0, 0), square(0, 1)])
+    with pytest.raises(bsm.ModelError) as raised:
+        model.replace(
+            blocks=blocks,
+            supports=[bsm.NormalRoller(boundary="left"), bsm.Fixed(blocks=[0])],
+            stages=[bsm.Stage(name="s", shaking=quiet)],
+        )
+    assert "stage 's': shaking: quiet: there is no boundary 'lower'" in str(raised.value)
+    assert "quiet: boundary 'right' has no support" in str(raised.value)
+    assert "boundary 'left'" not in str(raised.value)
 
 
 def test_digests_of_models_that_are_not_shaken_stay():

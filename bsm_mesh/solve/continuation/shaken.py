@@ -28,6 +28,7 @@ from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.quiet_ends import QuietEnds
 from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
+from bsm_mesh.solve.motion.wave_speeds import stiffness_of_blocks
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.system import Contacts, System
@@ -50,7 +51,7 @@ class ShakenContinuation(Continuation):
     shaken : ShakingMemory, optional
         How far it was shaken before some of its blocks were taken away.
     quiet : (k,) int
-        Numbers of the supports of its quiet boundaries. While it is shaken dashpots stand for them; then they hold
+        Numbers of the supports of its quiet boundaries. While it is shaken dashpots replace them; then they hold
         again, where they were.
     """
 
@@ -98,18 +99,20 @@ class ShakenContinuation(Continuation):
         self._is_begun = True
 
     def _quiet_ends(self) -> QuietEnds:
-        """Return the ends of quiet boundaries at rest, with the forces of the supports that they stand for."""
+        """Return the ends of quiet boundaries at rest, with the forces of the supports that they replace."""
         system, position = self.system, self.state.position
         assert isinstance(system, BlockSystem)
         bars, supports = system.bars, system.constraints_at(position)
         nothing = PointForces(block=bars.block[:0], point=bars.point[:0], force=bars.direction[:0])
         opened = self._without_supports(nothing)  # with the contacts between blocks that were held
         contacts = opened.gather(self.state.history, position, first=False, keeps_lengths=True)
-        forces = opened.acting_at(position) + opened.evaluate(contacts, position).forces
+        at = opened.evaluate(contacts, position)
+        forces = opened.acting_at(position) + at.forces
         rows = np.isin(bars.support, self._quiet)
         force = supports.bar_forces(supports.reactions(forces))[rows, None] * bars.direction[rows]
         held = PointForces(block=bars.block[rows], point=bars.point[rows], force=force)
-        return QuietEnds.begin(system.model, self._shaking, self._base.axis, held)
+        stiffness = stiffness_of_blocks(contacts, at, system.model.blocks)
+        return QuietEnds.begin(system.model, self._shaking, self._base.axis, stiffness, held)
 
     def _without_supports(self, held: PointForces) -> BlockSystem:
         """Return the system with forces in the place of the supports of quiet boundaries."""

@@ -12,7 +12,7 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.bolt_kernels import add_bolts
 from bsm_mesh.solve.motion.contact_columns import ChunkArray, SingleArray
 from bsm_mesh.solve.motion.contact_kernels import add_contact_forces
-from bsm_mesh.solve.motion.shaken_kernels import Ends, add_ends, move_ends, move_shaken
+from bsm_mesh.solve.motion.shaken_kernels import Ends, move_shaken
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look reads every position once more
 
@@ -47,8 +47,8 @@ def advance(
     contacts : block_a, block_b, contacts, strengths, closures, slips, growths, works
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
     bolts, shaken, ends : tuples of arrays or None
-        As `add_bolts` takes them; drag (n, 3) and work (n, 5) of shaken blocks as `move_shaken` takes them; ends of
-        their quiet boundaries. What is None is not compiled in.
+        As `add_bolts` takes them. Drag (n, 3) and work (n, 5) of shaken blocks as `move_shaken` takes them, and the
+        ends of their quiet boundaries. Parts that are None are not compiled in.
     loads : acting (n, 3), ramped_load (n, 3), unramped_fraction (cycles,)
         Forces at the reference without the bolts'; part of them that is brought on in a ramp; how much of that part
         does not act yet, in every cycle. Of shaken blocks: masses along the base's movement, its acceleration.
@@ -73,11 +73,8 @@ def advance(
             room[1] = 0.0
             if bolts is not None:
                 add_bolts(here, *bolts, room[1])
-            if ends is not None:
-                add_ends(ends, forces)
-            move_shaken(own, supports, constants[0], (loads[1], loads[2][cycle]), shaken, room, velocity, here, there)
-            if ends is not None:
-                move_ends(ends, cycle, velocity)
+            base = loads[1], loads[2][cycle]
+            move_shaken(own, supports, constants[0], base, shaken, ends, cycle, room, velocity, here, there)
             set_turns(there, own, then[0], then[1])
             set_turns(there, held, then[0], then[1])
         if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(there, constants[1], farthest):

@@ -1,47 +1,50 @@
 """Quiet boundaries: what lies beyond is replaced by dashpots (Lysmer and Kuhlemeyer 1969), half a block further out.
 
-A wave passes centroids, and a dashpot belongs at the edge, half a block away. Rigid blocks of mass m with springs k
-between them ask at the centroid of the last one for the force ``c (sqrt(1 - (w tau)^2) - i w tau)`` over its velocity:
-``c = sqrt(k m)``, ``tau = m / 2 c``, ``w`` the circular frequency. A dashpot c on a mass M that hangs on the block by a
-spring K has the same up to second order for ``M / c = tau / sqrt(2)``, ``c / K = tau (1 + 1 / sqrt(2))``.
-Both ends of an edge have one across it and one along it.
+A wave passes centroids, and a dashpot belongs at the edge, half a block away. Take rigid blocks of mass m with springs
+k, ``c = sqrt(k m)``, ``tau = m / 2 c``. At the centroid of the last block nothing is reflected under the force
+``c (sqrt(1 - (w tau)^2) - i w tau)`` over its velocity, w the circular frequency. A dashpot c on a mass M that hangs on
+the block by a spring K has this force up to second order for ``M / c = tau / sqrt(2)``,
+``c / K = tau (1 + 1 / sqrt(2))``.
+The middle of an edge has one for each of the two waves across it; their speeds are those of blocks on their springs.
+Beyond a shear wave's edge blocks turn with those at it, so nothing holds their turns.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import ModelError
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.movements import turned
-
-MASS, COMPLIANCE = np.sqrt(0.5), 1 + np.sqrt(0.5)  # of an end, over c tau and tau / c
+from bsm_mesh.solve.motion.wave_speeds import waves_along
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class QuietEnds:
-    """Dashpots of quiet boundaries, one row each, and the forces of supports that they stand for.
+    """Dashpots of quiet boundaries, one row each, and the forces of supports that they replace.
 
     Attributes
     ----------
     block : (k,) int32
         Block on which it acts.
     arm, direction : (k, 2) float64 [m, -]
-        Where, from the centroid in the given geometry; unit vector across or along the edge.
+        Where, from the centroid in the given geometry; unit vector of the wave's movement.
     dashpot : (k,) float64 [N s/m2]
-        Density times speed of waves times half the edge.
+        Density times speed of waves times the edge.
     delay : (k,) float64 [s]
         Time of a wave from the centroid to the edge.
     push : (k,) float64 [N s/m2 or m]
         Force over the velocity or stress of the wave that enters here; 0 where none does.
     stretch, velocity : (k,) float64 [m, m/s]
-        How much farther along `direction` its mass is than the block's point; the mass's velocity half a step before.
+        Lead of its mass over the block's point along `direction`; the mass's velocity half a step before.
     held : PointForces
         Forces of the supports at the begin, which stay.
     """
@@ -57,13 +60,31 @@ class QuietEnds:
     held: PointForces
 
     @classmethod
-    def begin(cls, model: Model, shaking: Shaking, axis: FloatArray, held: PointForces) -> QuietEnds:
-        """Return the ends of a model's quiet boundaries at rest; `axis` (2,) is that of the wave."""
-        blocks = model.blocks
-        parts = [_of_edges(model, blocks.boundary_edges(name)) for name in shaking.quiet]
+    def begin(
+        cls, model: Model, shaking: Shaking, axis: FloatArray, stiffness: FloatArray, held: PointForces
+    ) -> QuietEnds:
+        """Return the ends of a model's quiet boundaries at rest.
+
+        Parameters
+        ----------
+        model, shaking : Model, Shaking
+            What is shaken, and how.
+        axis : (2,) float64
+            Unit vector of the wave that enters.
+        stiffness : (rocks, 3, 3) float64 [Pa]
+            Of each rock's blocks, as `stiffness_of_blocks` returns it.
+        held : PointForces
+            Forces of the supports.
+
+        Raises
+        ------
+        ModelError
+            If blocks at such a boundary have no closed contact, so that no wave leaves them.
+        """
+        parts = [_of_edges(model, name, stiffness) for name in shaking.quiet]
         enters = np.repeat([name == shaking.boundary for name in shaking.quiet], [len(part[0]) for part in parts])
-        block, arm, direction, dashpot, delay, half = (np.concatenate(column) for column in zip(*parts, strict=True))
-        over = half if shaking.quantity == "stress" else 2 * dashpot
+        block, arm, direction, dashpot, delay, length = (np.concatenate(column) for column in zip(*parts, strict=True))
+        over = length if shaking.quantity == "stress" else 2 * dashpot
         none = np.zeros(len(block))
         return cls(
             block=block, arm=arm, direction=direction, dashpot=dashpot, delay=delay,
@@ -73,13 +94,13 @@ class QuietEnds:
     @property
     def mass(self) -> FloatArray:
         """Masses (k,) [kg/m]."""
-        mass: FloatArray = MASS * self.dashpot * self.delay
+        mass: FloatArray = np.sqrt(0.5) * self.dashpot * self.delay
         return mass
 
     @property
     def spring(self) -> FloatArray:
         """Springs (k,) [N/m2]."""
-        spring: FloatArray = self.dashpot / (COMPLIANCE * self.delay)
+        spring: FloatArray = self.dashpot / ((1 + np.sqrt(0.5)) * self.delay)
         return spring
 
     def along(self, position: FloatArray) -> FloatArray:
@@ -100,10 +121,16 @@ class QuietEnds:
         np.add.at(sums, self.block, self.spring[:, None] * axes)
         return sums
 
-    @property
-    def stored(self) -> float:
-        """Energy in springs and masses [N]."""
-        return float((self.spring * self.stretch**2 + self.mass * self.velocity**2).sum() / 2)
+    def rates(self, given: float, time_step: float) -> FloatArray:
+        """Return the power that an input puts in now, and the one that dashpots take, (2,) [N/s]."""
+        velocity = self.at_half(given, time_step, 0.0).velocity
+        rates: FloatArray = np.array([(self.push * velocity).sum() * given, (self.dashpot * velocity**2).sum()])
+        return rates
+
+    def stored(self, given: float, time_step: float) -> float:
+        """Return the energy in springs and masses now under an input [N]: of velocities half a step to either side."""
+        after = self.at_half(given, time_step, -time_step).velocity
+        return float((self.spring * self.stretch**2 + self.mass * self.velocity * after).sum() / 2)
 
     @property
     def needed(self) -> float:
@@ -135,36 +162,24 @@ class QuietEnds:
         )
 
 
-def _of_edges(model: Model, edges: IntArray) -> tuple[FloatArray, ...]:
-    """Return block, arm, direction, dashpot, delay and half the edge's length of the ends of some edges."""
+def _of_edges(model: Model, name: str, stiffness: FloatArray) -> tuple[Any, ...]:
+    """Return block, arm, direction, dashpot, delay and length of the ends of a boundary, two of every edge."""
     blocks = model.blocks
+    edges = blocks.boundary_edges(name)
     owner, along = blocks.owner[edges], blocks.edge_vectors[edges]
+    rock = blocks.rock[owner]
+    if len(still := np.flatnonzero(~stiffness[rock].any(axis=(1, 2)))):
+        rock_name = blocks.rock_names[rock[still[0]]]
+        raise ModelError(
+            f"shaking: quiet: rock '{rock_name}' at boundary '{name}' has no closed contacts, so no waves: remove "
+            f"'{name}' from quiet, or support what has to carry stress there"
+        )
     length = np.hypot(*along.T)
-    tangent = along / length[:, None]
-    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
-    corners = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1)
-    arm = corners - blocks.moments.centroid[owner][:, None]
-    density, across, shear = _waves(model)[:, blocks.rock[owner]]
-    depth = (arm[:, 0] * normal).sum(axis=1)
-    speed = np.stack([across, shear], axis=1)
-    half = np.repeat(length / 2, 4)
-    delay = np.repeat(depth[:, None] / speed, 2, axis=0).reshape(len(edges), 2, 2)
-    impedance = np.repeat(density[:, None] * speed, 2, axis=0).reshape(len(edges), 2, 2)
-    directions = np.broadcast_to(np.stack([normal, tangent], axis=1)[:, None], (len(edges), 2, 2, 2))
-    arms = np.broadcast_to(arm[:, :, None], (len(edges), 2, 2, 2))
-    return (
-        np.repeat(owner, 4), arms.reshape(-1, 2), directions.reshape(-1, 2), impedance.ravel() * half, delay.ravel(), half,
-    )  # fmt: skip
-
-
-def _waves(model: Model) -> FloatArray:
-    """Return density [kg/m3] and speeds of pressure and shear waves [m/s] of the rocks of blocks, (3, rocks)."""
-    rocks = {rock.name: rock for rock in model.rocks}
-    found = np.ones((3, len(model.blocks.rock_names)))
-    for number, name in enumerate(model.blocks.rock_names):
-        rock = rocks.get(name)
-        if rock is not None and rock.young is not None and rock.poisson is not None and rock.unit_weight > 0:
-            density, shear = rock.unit_weight / GRAVITY, rock.young / (2 * (1 + rock.poisson))
-            pressure = shear * 2 * (1 - rock.poisson) / (1 - 2 * rock.poisson)
-            found[:, number] = density, np.sqrt(pressure / density), np.sqrt(shear / density)
-    return found
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / length[:, None]
+    arm = blocks.vertices[edges] + along / 2 - blocks.moments.centroid[owner]
+    density = (model.weights / GRAVITY / blocks.moments.area)[owner, None]
+    moduli, directions = waves_along(stiffness[rock], normal)
+    speed = np.sqrt(moduli / density)
+    delay = (arm * normal).sum(axis=1)[:, None] / speed
+    owner, length, arm = (np.repeat(each, 2, axis=0) for each in (owner, length, arm))
+    return owner, arm, directions.reshape(-1, 2), (density * speed).ravel() * length, delay.ravel(), length

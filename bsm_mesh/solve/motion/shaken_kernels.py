@@ -25,7 +25,7 @@ Ends = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, FloatArray,
 
 
 @njit(nogil=True)
-def add_ends(ends: Ends, forces: FloatArray) -> None:  # pragma: no cover - compiled
+def _add_ends(ends: Ends, forces: FloatArray) -> None:  # pragma: no cover - compiled
     """Add the forces of the ends of quiet boundaries on their blocks, (n, 3)."""
     rows, block, along, made, state, _, _ = ends
     for j in rows:
@@ -35,7 +35,7 @@ def add_ends(ends: Ends, forces: FloatArray) -> None:  # pragma: no cover - comp
 
 
 @njit(nogil=True)
-def move_ends(ends: Ends, cycle: int, velocity: FloatArray) -> None:  # pragma: no cover - compiled
+def _move_ends(ends: Ends, cycle: int, velocity: FloatArray) -> None:  # pragma: no cover - compiled
     """Move the ends of quiet boundaries in a cycle in which blocks got velocities (n, 3)."""
     rows, block, along, made, state, work, given = ends
     for j in rows:
@@ -63,6 +63,8 @@ def move_shaken(
     inverse_mass: FloatArray,
     base: tuple[FloatArray, float],
     shaken: tuple[FloatArray, FloatArray],
+    ends: Ends | None,
+    cycle: int,
     room: FloatArray,
     velocity: FloatArray,
     here: FloatArray,
@@ -82,6 +84,8 @@ def move_shaken(
         Masses along the movement of the base, and its acceleration in this cycle [m]: the forces contain it.
     shaken : drag (n, 3), work (n, 5)
         Part of its velocity that a block loses in a cycle; what is added up, see `BASE` and the others.
+    ends, cycle : Ends or None, int
+        Ends of quiet boundaries, and the number of the cycle in their input.
     room : (2, n, 3) float64
         Forces of all, and of the bolts alone, which all are to be added.
     velocity : (n, 3) float64 [m, m, rad]
@@ -89,6 +93,8 @@ def move_shaken(
     """
     rows, supported, projector, _ = supports
     before, after, pushed = np.empty(3), np.empty(3), np.empty(3)
+    if ends is not None:
+        _add_ends(ends, room[0])
     for i in own:
         for axis in range(3):
             pushed[axis] = room[0, i, axis] + room[1, i, axis]
@@ -106,6 +112,8 @@ def move_shaken(
             for k in range(3):
                 pushed[axis] += projector[j, axis, k] * after[k]
         _keep(i, before, pushed, inverse_mass, base, shaken, room, velocity, here, there)
+    if ends is not None:
+        _move_ends(ends, cycle, velocity)
 
 
 @njit(nogil=True, forceinline=True)

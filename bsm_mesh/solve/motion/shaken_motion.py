@@ -63,7 +63,7 @@ class ShakenMotion(ExplicitMotion):
         self._work = np.zeros((len(free), 5))
         self._until = memory.time
         self._begun: tuple[Residual, FloatArray, FloatArray, FloatArray]
-        self._end_state, self._end_work = np.zeros((0, 2)), np.zeros((0, 2))
+        self._end_state, self._end_work, self._end_rates = np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(2)
         self._slip_energy, self._damped, self._time_step = np.zeros_like(memory.slip_energy), 0.0, memory.time_step
 
     def _begin_masses(self, velocity: FloatArray) -> RealMasses:
@@ -102,6 +102,7 @@ class ShakenMotion(ExplicitMotion):
         if memory.quiet is not None:
             given, before = self._given(1)[0], memory.time_step or self._time_step
             self.memory = replace(memory, quiet=memory.quiet.at_half(given, before, self._time_step))
+            self._end_rates = self._rates_of_ends()
         speed = self._step.movement(self._velocity)
         return min(cycles, count, max(1, int(self._window() / speed))) if speed > 0 else min(cycles, count)
 
@@ -192,11 +193,11 @@ class ShakenMotion(ExplicitMotion):
             cycles=memory.cycles + went,
             windows=memory.windows + 1,
         )
-        self.memory = memory
-        work = self._window_work() + self._work_of_ends()
         if memory.quiet is not None:
             stretch, velocity = self._end_state.T
             memory = replace(memory, quiet=replace(memory.quiet, stretch=stretch, velocity=velocity / step))
+        self.memory = memory
+        work = self._window_work() + self._work_of_ends()
         self.memory = replace(memory, sums=memory.sums + work, slip_energy=memory.slip_energy + self._slip_energy)
 
     def _window_work(self) -> FloatArray:
@@ -211,11 +212,16 @@ class ShakenMotion(ExplicitMotion):
         return np.array([base, loads, -of_bolts, self._slip_energy.sum(), self._damped, drag, 0.0])
 
     def _work_of_ends(self) -> FloatArray:
-        """Return the work at quiet boundaries in the last window by `SUMS`, (7,) [N]."""
+        """Return the work at quiet boundaries in the last window by `SUMS`, (7,) [N], by the same rule."""
         found = np.zeros(len(SUMS))
         if self.memory.quiet is not None:
-            found[[SUMS.index("input"), SUMS.index("quiet")]] = self._end_work.sum(axis=0)
+            halves = (self._rates_of_ends() - self._end_rates) * self._time_step / 2
+            found[[SUMS.index("input"), SUMS.index("quiet")]] = self._end_work.sum(axis=0) + halves
         return found
+
+    def _rates_of_ends(self) -> FloatArray:
+        assert self.memory.quiet is not None
+        return self.memory.quiet.rates(self._given(1)[0], self._time_step)
 
     def _push(self) -> FloatArray:
         """Return the force of the base's acceleration on blocks now, (n, 3) [N/m, N/m, N], turned over."""
@@ -274,8 +280,11 @@ class ShakenMotion(ExplicitMotion):
         sums = dict(zip(SUMS, memory.sums, strict=True))
         springs = spring_energy(self.contacts, self.residual.at) - memory.springs
         found = {**sums, "kinetic": self._kinetic(), "springs": springs}
-        found["quiet"] += 0.0 if memory.quiet is None else memory.quiet.stored
+        if memory.quiet is not None:
+            found["quiet"] += memory.quiet.stored(self._given(1)[0], self._time_step)
         found["error"] = found["input"] + found["loads"] - sum(found[name] for name in ENERGIES[2:-1])
-        base = self._base_accelerations(1)[0] / self._time_step**2
+        base = 0.0  # where a wave enters, supports are at rest
+        if self._shaking.boundary is None:
+            base = self._base_accelerations(1)[0] / self._time_step**2
         row = [memory.time, base, *(found[name] for name in ENERGIES)]
         self.memory = replace(memory, records=np.vstack([memory.records, row]))

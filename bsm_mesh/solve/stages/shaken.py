@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from bsm_mesh.errors import counted
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.shaking import ShakingResult
@@ -18,8 +19,28 @@ def notes_on_shaking(model: Model, stage: StageResult) -> Iterator[str]:
     shaking = next((each.shaking for each in model.stages if each.name == stage.name), None)
     if found is None or shaking is None:
         return
+    yield from _input(shaking, found)
+    if stage.status.is_stable:
+        yield "the blocks survived this record; that is no factor of safety"
+    yield _movement(stage, found)
+    if found.heavier.any():
+        yield (
+            f"mass scaling: {counted(int(found.heavier.sum()), 'block')} were heavier than real for a time, the "
+            f"heaviest {found.heaviest:.3g} times"
+        )
+
+
+def _input(shaking: Shaking, found: ShakingResult) -> Iterator[str]:
+    """Return what moved the blocks, and whether it ended with a movement."""
     base = BaseMotion(shaking)
     acceleration, velocity = base.peaks
+    if shaking.boundary is not None:
+        if shaking.quantity == "stress":
+            what = f"a stress of up to {velocity:.3g} Pa acted on"
+        else:
+            what = f"a wave of up to {velocity:.3g} m/s entered through"
+        yield f"{what} the quiet boundary '{shaking.boundary}'; the blocks were followed for {found.time[-1]:.4g} s"
+        return
     yield (
         f"the base was shaken for {found.time[-1]:.4g} s, with up to {acceleration:.3g} m/s2 = "
         f"{acceleration / GRAVITY:.3g} g and {velocity:.3g} m/s"
@@ -29,14 +50,6 @@ def notes_on_shaking(model: Model, stage: StageResult) -> Iterator[str]:
         yield (
             f"at its end the base moves on with {end_velocity:.3g} m/s, {end_displacement:.3g} m away: no baseline "
             "correction is made; displacements here are relative to the base"
-        )
-    if stage.status.is_stable:
-        yield "the blocks survived this record; that is no factor of safety"
-    yield _movement(stage, found)
-    if found.heavier.any():
-        yield (
-            f"mass scaling: {counted(int(found.heavier.sum()), 'block')} were heavier than real for a time, the "
-            f"heaviest {found.heaviest:.3g} times"
         )
 
 
