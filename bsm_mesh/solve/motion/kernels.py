@@ -40,8 +40,7 @@ def advance(
     Parameters
     ----------
     cycles, begun : int, farthest : float [m], own : (k,) int64
-        How many, and how many there were in this window. A block that has moved farther since the reference ends it.
-        Blocks without a support that are moved here.
+        How many, and how many before in this window; a block that has moved farther ends it. Blocks without a support.
     supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
         Which of the supported ones are moved here; all of them; onto their free axes; prescribed in a cycle.
     contacts : block_a, block_b, contacts, strengths, closures, slips, growths, works
@@ -51,12 +50,12 @@ def advance(
         ends of their quiet boundaries. Parts that are None are not compiled in.
     loads : acting (n, 3), ramped_load (n, 3), unramped_fraction (cycles,)
         Forces at the reference without the bolts'; part of them that is brought on in a ramp; how much of that part
-        does not act yet, in every cycle. Of shaken blocks: masses along the base's movement, its acceleration.
+        does not act yet, by cycle. Of shaken blocks: masses along the base's movement, its acceleration.
     constants : inverse_mass (n, 3), scale (n, 3), damping, velocity : (n, 3) float64 [m, m, rad]
         Masses over the square of a cycle; as in `BlockSystem`; as `accelerate` takes it. Movement in a cycle.
     moved : (2, n, 3) float64, turns : (2, 2, n) float32, room : (1 or 2, n, 3) float64
-        Movement since the reference and the sine and versine of its turns, after an even and an odd number of
-        cycles; they change in turns, so that threads may each move a part of the blocks. Room to work in.
+        Movement since the reference, sine and versine of its turns, after an even and an odd number of cycles: so
+        threads may each move a part of the blocks. Room to work in.
     """
     held, forces = supports[1][supports[0]], room[0]
     for cycle in range(cycles):
@@ -65,16 +64,15 @@ def advance(
         _set_loads(own, loads, cycle, forces)
         _set_loads(held, loads, cycle, forces)
         add_contact_forces(here, now[0], now[1], *contacts, forces)
+        if shaken is not None:
+            room[1] = 0.0
+        if bolts is not None:
+            add_bolts(here, *bolts, room[-1])
         if shaken is None:
-            if bolts is not None:
-                add_bolts(here, *bolts, forces)
             _move(own, supports, constants, forces, velocity, here, there, then)
         else:
-            room[1] = 0.0
-            if bolts is not None:
-                add_bolts(here, *bolts, room[1])
-            base = loads[1], loads[2][cycle]
-            move_shaken(own, supports, constants[0], base, shaken, ends, cycle, room, velocity, here, there)
+            given = (loads[1], loads[2][cycle]), shaken, ends, cycle
+            move_shaken(own, supports, constants[0], *given, room, velocity, here, there)
             set_turns(there, own, then[0], then[1])
             set_turns(there, held, then[0], then[1])
         if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(there, constants[1], farthest):
