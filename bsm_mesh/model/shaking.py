@@ -141,7 +141,7 @@ class Shaking:
         return faults
 
     def _boundary_faults(self) -> list[str]:
-        """Return what is wrong with the boundary through which a wave enters."""
+        """Return faults of the boundary through which a wave enters."""
         if self.boundary is not None and self.boundary not in self.quiet:
             return [f"shaking: boundary = '{self.boundary}' is not quiet; add it to quiet"]
         if self.boundary is None and self.quantity == "stress":

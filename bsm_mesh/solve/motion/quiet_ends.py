@@ -1,4 +1,4 @@
-"""Quiet boundaries: what lies beyond is replaced by dashpots (Lysmer and Kuhlemeyer 1969), half a block further out.
+"""Quiet boundaries: dashpots replace the rock beyond (Lysmer and Kuhlemeyer 1969), half a block further out.
 
 A wave passes centroids, and a dashpot belongs at the edge, half a block away. Take rigid blocks of mass m with springs
 k, ``c = sqrt(k m)``, ``tau = m / 2 c``. At the centroid of the last block nothing is reflected under the force
@@ -68,7 +68,7 @@ class QuietEnds:
         Parameters
         ----------
         model, shaking : Model, Shaking
-            What is shaken, and how.
+            The model, and its shaking.
         axis : (2,) float64
             Unit vector of the wave that enters.
         stiffness : (rocks, 3, 3) float64 [Pa]
@@ -172,7 +172,7 @@ def _of_edges(model: Model, name: str, stiffness: FloatArray) -> tuple[Any, ...]
         rock_name = blocks.rock_names[rock[still[0]]]
         raise ModelError(
             f"shaking: quiet: rock '{rock_name}' at boundary '{name}' has no closed contacts, so no waves: remove "
-            f"'{name}' from quiet, or support what has to carry stress there"
+            f"'{name}' from quiet, or support the blocks that carry stress there"
         )
     length = np.hypot(*along.T)
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / length[:, None]

@@ -11,16 +11,16 @@ BASE, BOLTS, DRAG, SPEED, ACCELERATION = range(5)
 """Columns of the work of blocks: of the base, the bolts and the drag [N]; greatest speed and acceleration."""
 
 DASHPOT, SPRING, INVERSE_MASS, PUSH = range(4)
-"""Columns of what the ends of quiet boundaries are made of, in cycles."""
+"""Columns of the constants of the ends of quiet boundaries, in cycles."""
 
 STRETCH, VELOCITY = range(2)
 """Columns of the state of the ends [m]."""
 
 PUSHED, LEFT = range(2)
-"""Columns of the work of the ends [N]: what waves put in, what dashpots take."""
+"""Columns of the work of the ends [N]: put in by waves, taken by dashpots."""
 
 Ends = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
-"""Rows that are moved here; blocks (k,); movement by that of the block (k, 3); what they are made of (k, 4); state
+"""Rows that are moved here; blocks (k,); movement by that of the block (k, 3); constants (k, 4); state
 (k, 2) and work (k, 2), which change in place; the input of each cycle."""
 
 
