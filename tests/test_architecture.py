@@ -82,7 +82,8 @@ APPLICATION = {  # folders of bsm_mesh from the ground, and which of them each m
 DOORS = {"cluster", "limit_analysis", "options"}  # hand names on to scripts, define nothing
 ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "blocks": set(),
-    "model": {"blocks"},
+    "stress_field": set(),
+    "model": {"blocks", "stress_field"},
     "contacts": {"blocks"},
     "water": {"blocks"},
     "step": {"contacts", "water"},
@@ -93,7 +94,8 @@ ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "joint_polygons": {"point_forces"},
     "proof": {"blocks", "limit", "step"},
     "check": set(),
-    "mechanics": {"contacts", "motion", "record", "step"},
+    "in_situ": {"contacts", "step", "stress_field"},
+    "mechanics": {"contacts", "in_situ", "motion", "record", "step"},
     "limit": {"blocks"},
     "key_blocks": {"blocks"},
 }

@@ -28,7 +28,7 @@ from bsm_mesh.commands import cli, precompile
 from bsm_mesh.commands.starters import starter_names
 from bsm_mesh.files import write_text
 from bsm_mesh.solve.algebra import pardiso
-from docs.code_blocks import python_blocks
+from docs.code_blocks import files_of, python_blocks
 
 ROOT = Path(__file__).parents[1]
 SOLVERS = ("02_pushed_block/model", "tilted_wall/tilt_28", "04_bolted_opening/model")  # by Wang's scheme too
@@ -103,6 +103,9 @@ def run_all(folder: Path) -> None:
     command("joint-test", str(folder / "cavern/model.toml"), "--joint", "J1", "-o", str(folder / "tested"))
     for path in sorted((ROOT / "examples").glob("*/*.toml")):
         command("run", str(path), "-o", str(folder / "examples" / path.parent.name / path.stem))
+    block = folder / "block.toml"  # of three dimensions: it slides in its last stage
+    block.write_text(files_of((ROOT / "docs/three_dimensions.md").read_text(encoding="utf-8"))[block.name])
+    command("run", str(block))
     for name in SOLVERS:
         model = bsm_mesh.load(ROOT / f"examples/{name}.toml")
         bsm_mesh.run(model, bsm_mesh.Options(scheme="wang"))

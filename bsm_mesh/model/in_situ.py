@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Real
 from typing import Annotated, Any, Literal, TypeAlias, get_args
 
@@ -11,14 +11,16 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
-from bsm_mesh.model.loads import LinearField, linear_field
-from bsm_mesh.model.quantities import COORDINATE, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
+from bsm_mesh.model.loads import linear_field
+from bsm_mesh.model.quantities import COORDINATE, DIRECTION, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
 from bsm_mesh.model.values import Points, Rules, line, plain_numbers
 
 InSituMethod = Literal["direct", "gravity"]
 StressRatio: TypeAlias = tuple[float, float, float]
 """Coefficients (a [m], b, c [1/m]) of K = a / h + b + c h at the depth h."""
 
+IN_PLANE = ("xx", "yy", "xy")
+IN_SPACE = ("xx", "yy", "zz", "xy", "yz", "xz")
 PARTS_OF_RATIO = (RATIO_BY_DEPTH, STRESS_RATIO, RATIO_PER_DEPTH)
 STRESS_RATIOS: dict[str, StressRatio] = {
     "herget": (267.0, 1.25, 0.0),  # Canadian shield, Herget 1987: Wang Eq. 4.15
@@ -49,8 +51,13 @@ class InSitu:
         Ratio K of horizontal to vertical total stress: a number, the name of a published relation ("herget",
         "brown_hoek_upper", "brown_hoek_lower") or ``{"a": [m], "b": [-], "c": [1/m]}`` for K = a / h + b + c h at the
         depth h. With the surcharge and several rocks that is a gamma_top + (b + c h) sigma_v.
+    k0_across : as k0, or None
+        Of polyhedra: the ratio across the trend; None: as `k0`.
+    trend : float or None [degrees]
+        Of polyhedra: where `k0` acts, clockwise from north (+y); None: to the north.
     stress : mapping or None
         Components "xx", "yy", "xy" of the total stress [Pa], tension positive, each a number or (c, a_x, a_y).
+        Polyhedra have "xx", "yy", "zz", "xy", "yz", "xz", each a number or (c, a_x, a_y, a_z).
 
     Raises
     ------
@@ -68,13 +75,17 @@ class InSitu:
     surface: float | Points | None = None
     surcharge: Annotated[float, PRESSURE] = 0.0
     k0: StressRatio = (0.0, 1.0, 0.0)
-    stress: tuple[LinearField, LinearField, LinearField] | None = None
+    stress: tuple[tuple[float, ...], ...] | None = None
+    k0_across: StressRatio | None = field(default=None, metadata={"in_hash": "given"})
+    trend: Annotated[float, DIRECTION] | None = field(default=None, metadata={"in_hash": "given"})
 
     def __post_init__(self) -> None:
         rules = Rules("in_situ")
         rules.choice("method", self.method, get_args(InSituMethod))
         rules.numbers(self)
         object.__setattr__(self, "k0", _stress_ratio(self.k0, rules))
+        if self.k0_across is not None:
+            object.__setattr__(self, "k0_across", _stress_ratio(self.k0_across, rules, "k0_across"))
         if isinstance(self.surface, Real):
             rules.number("surface", self.surface, COORDINATE)
         elif self.surface is not None:
@@ -94,7 +105,7 @@ class InSitu:
             found.append(
                 "method = 'direct' needs the field: surface (level of the ground [m]) with k0, or stress = {xx, yy, xy}"
             )
-        for name, default in (("surcharge", 0.0), ("k0", (0.0, 1.0, 0.0))):
+        for name, default in (("surcharge", 0.0), ("k0", (0.0, 1.0, 0.0)), ("k0_across", None), ("trend", None)):
             if self.surface is None and getattr(self, name) != default:
                 has_it = "a given stress has it already" if self.stress is not None else "give the surface"
                 found.append(f"{name} belongs to a surface; {has_it}, or leave {name} out")
@@ -114,16 +125,16 @@ class InSitu:
         return np.full(len(x), float(self.surface))
 
 
-def _stress_ratio(value: object, rules: Rules) -> StressRatio:
+def _stress_ratio(value: object, rules: Rules, name: str = "k0") -> StressRatio:
     if isinstance(value, str):
         if value not in STRESS_RATIOS:
-            rules.faults.append(f"in_situ: k0 = '{value}' is unknown{nearest(value, STRESS_RATIOS)}")
+            rules.faults.append(f"in_situ: {name} = '{value}' is unknown{nearest(value, STRESS_RATIOS)}")
         return STRESS_RATIOS.get(value, (0.0, 1.0, 0.0))
     if isinstance(value, Mapping):
         unknown = [key for key in value if key not in ("a", "b", "c")]
         if unknown or not value:
             rules.faults.append(
-                f"in_situ: k0 = {as_given(dict(value))} needs a [m] and b (and c [1/m]): K = a / h + b + c h"
+                f"in_situ: {name} = {as_given(dict(value))} needs a [m] and b (and c [1/m]): K = a / h + b + c h"
             )
             return 0.0, 1.0, 0.0
         value = tuple(value.get(key, 0.0) for key in "abc")
@@ -132,32 +143,32 @@ def _stress_ratio(value: object, rules: Rules) -> StressRatio:
         value = (0.0, value, 0.0)
     if not isinstance(value, Sequence) or len(value) != 3:
         rules.faults.append(
-            f"in_situ: k0 = {as_given(value)} must be a number, {{a, b}} or one of {', '.join(STRESS_RATIOS)}"
+            f"in_situ: {name} = {as_given(value)} must be a number, {{a, b}} or one of {', '.join(STRESS_RATIOS)}"
         )
         return 0.0, 1.0, 0.0
     before = len(rules.faults)
-    for name, part, quantity in zip("abc", value, PARTS_OF_RATIO, strict=True):
-        rules.number("k0" if plain else f"k0 {name}", part, quantity)
+    for letter, part, quantity in zip("abc", value, PARTS_OF_RATIO, strict=True):
+        rules.number(name if plain else f"{name} {letter}", part, quantity)
     return (float(value[0]), float(value[1]), float(value[2])) if len(rules.faults) == before else (0.0, 1.0, 0.0)
 
 
-def _components(value: Any, rules: Rules) -> tuple[LinearField, LinearField, LinearField]:
+def _components(value: Any, rules: Rules) -> tuple[tuple[float, ...], ...]:
+    """Return the fields of the components, three of the plane or six of space."""
+    given = value if isinstance(value, Mapping) else ()
+    several = len(value) == len(IN_SPACE) if not given and isinstance(value, Sequence) else False
+    names = IN_SPACE if several or "zz" in given else IN_PLANE
     if isinstance(value, Mapping):
-        unknown = [key for key in value if key not in ("xx", "yy", "xy")]
+        unknown = [key for key in value if key not in names]
         if unknown:
-            rules.faults.append(
-                f"in_situ: stress has no component '{unknown[0]}'{nearest(str(unknown[0]), ('xx', 'yy', 'xy'))}"
-            )
-        value = tuple(value.get(key, 0.0) for key in ("xx", "yy", "xy"))
-    zero = (0.0, 0.0, 0.0)
-    if not isinstance(value, Sequence) or len(value) != 3:
+            rules.faults.append(f"in_situ: stress has no component '{unknown[0]}'{nearest(str(unknown[0]), names)}")
+        value = tuple(value.get(key, 0.0) for key in names)
+    if not isinstance(value, Sequence) or len(value) != len(names):
         rules.faults.append(f"in_situ: stress = {as_given(value)} needs the components xx, yy, xy [Pa]")
-        return zero, zero, zero
+        return ()
     found = []
-    for name, part in zip(("xx", "yy", "xy"), value, strict=True):
+    for name, part in zip(names, value, strict=True):
         try:
-            found.append(linear_field(part, f"in_situ: stress {name}"))
+            found.append(linear_field(part, f"in_situ: stress {name}", axes=2 if names is IN_PLANE else 3))
         except ModelError as error:
             rules.faults.extend(error.faults)
-            found.append(zero)
-    return found[0], found[1], found[2]
+    return tuple(found)

@@ -193,18 +193,18 @@ def _on_boundary(name: object) -> str:
     return f"load on '{name}'"
 
 
-def linear_field(value: float | Sequence[float], name: str) -> LinearField:
-    """Return the three coefficients of a constant or linear field."""
+def linear_field(value: float | Sequence[float], name: str, *, axes: int = 2) -> tuple[float, ...]:
+    """Return the coefficients (c, a_x, a_y), in space with a_z too, of a constant or linear field."""
     several = parts_of(value)
     parts = [value] if several is None else several
     rules = Rules(name)
-    if len(parts) not in (1, 3):
-        rules.faults.append(f"{name}: give one number, or three [c, a_x, a_y]; has {len(parts)}")
-    for part, quantity in zip(parts[:3], (STRESS, STRESS_GRADIENT, STRESS_GRADIENT), strict=False):
+    if len(parts) not in (1, 1 + axes):
+        form = ("three [c, a_x, a_y]", "four [c, a_x, a_y, a_z]")[axes - 2]
+        rules.faults.append(f"{name}: give one number, or {form}; has {len(parts)}")
+    for part, quantity in zip(parts[: 1 + axes], (STRESS, *[STRESS_GRADIENT] * axes), strict=False):
         rules.number("value", part, quantity)
     raise_faults(rules.faults)
-    c, ax, ay = [*map(float, parts), 0.0, 0.0][:3]
-    return c, ax, ay
+    return tuple([*map(float, parts), *[0.0] * axes][: 1 + axes])
 
 
 def point_forces_of(loads: Sequence[ActingLoad], blocks: Blocks) -> PointForces:

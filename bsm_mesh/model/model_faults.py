@@ -14,7 +14,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.flow_faults import flow_faults, water_weight_faults
 from bsm_mesh.model.histories import history_faults
-from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.in_situ import IN_PLANE, InSitu
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, point_forces_of
 from bsm_mesh.model.locate import blocks_at
@@ -87,7 +87,11 @@ def _bolt_faults(model: Model) -> Sequence[str]:
 
 def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
     in_situ = model.in_situ
-    if in_situ is not None and in_situ.surface is not None and model.gravity_direction != -90:
+    if in_situ is not None and (
+        in_situ.k0_across is not None or in_situ.trend is not None or len(in_situ.stress or IN_PLANE) > len(IN_PLANE)
+    ):
+        yield "in_situ: k0_across, trend and the components zz, yz, xz are for polyhedra; leave them out"
+    elif in_situ is not None and in_situ.surface is not None and model.gravity_direction != -90:
         yield (
             f"in_situ: surface means ground under gravity straight down; gravity.direction is "
             f"{model.gravity_direction:g} degrees: give the field as stress = {{xx, yy, xy}}"

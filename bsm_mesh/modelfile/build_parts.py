@@ -41,6 +41,7 @@ from bsm_mesh.modelfile.model_tables import (
 )
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.record_files import read_record
+from bsm_mesh.modelfile.space_tables import SpaceInSituTable
 
 NEEDS_LAW = (
     'a joint with {} needs the key \'law\': "mohr_coulomb" (cohesion carries shear from the start), "patton" (cohesion '
@@ -168,7 +169,7 @@ def make_load(table: LoadTable, place: str) -> Load:
     )
 
 
-def make_in_situ(table: InSituTable) -> InSitu:
+def make_in_situ(table: InSituTable | SpaceInSituTable) -> InSitu:
     """Return the in-situ stress."""
     return InSitu(**{key: value for key, value in table.model_dump().items() if value is not None})
 

@@ -132,7 +132,7 @@ class StressTable(Table):
     xy: LinearStress = 0.0
 
 
-@keys_of(InSitu)
+@keys_of(InSitu, without=("k0_across", "trend"))
 class InSituTable(Table):
     """The ground's stress before anything is dug: a surface with k0, or a stress."""
 

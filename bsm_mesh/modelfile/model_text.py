@@ -20,7 +20,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.histories import History
-from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.in_situ import IN_PLANE, InSitu
 from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
@@ -220,9 +220,9 @@ def _bolt(bolt: Bolt) -> Content:
 
 
 def _in_situ(in_situ: InSitu) -> Content:
-    table = _fields(in_situ, "k0", "stress") | {"k0": dict(zip("abc", in_situ.k0, strict=True))}
+    table = _fields(in_situ, "k0", "k0_across", "trend", "stress") | {"k0": dict(zip("abc", in_situ.k0, strict=True))}
     if in_situ.stress is not None:
-        table["stress"] = {name: list(part) for name, part in zip(("xx", "yy", "xy"), in_situ.stress, strict=True)}
+        table["stress"] = {name: list(part) for name, part in zip(IN_PLANE, in_situ.stress, strict=True)}
     return table
 
 

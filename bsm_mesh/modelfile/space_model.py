@@ -14,7 +14,7 @@ from bsm_mesh.model.loads import Load, PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import HeadPlane, Water
-from bsm_mesh.modelfile.build_parts import make_load, make_options, make_supports
+from bsm_mesh.modelfile.build_parts import make_in_situ, make_load, make_options, make_supports
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
 from bsm_mesh.modelfile.reach import Reach
@@ -50,6 +50,7 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
     loads = made(partial(_load, table, f"[[load]] number {k + 1}", blocks) for k, table in enumerate(file.load))
     stages = made(partial(_stage, table, blocks) for table in file.stage)
     water = made(iter([] if file.water is None else [partial(_water, file.water, "[water]")]))
+    ground = made(iter([] if file.in_situ is None else [partial(make_in_situ, file.in_situ)]))
     options = made(iter([partial(make_options, file.solver, file.falls)]))
     raise_faults(faults)
     with placed(path.name):
@@ -64,6 +65,7 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
             gravity_vertical=file.gravity.vertical,
             gravity_trend=file.gravity.trend,
             contact_points=file.mesh.contact_points,
+            in_situ=ground[0] if ground else None,
             water=water[0] if water else None,
             stages=tuple(stages),
             options=options[0],

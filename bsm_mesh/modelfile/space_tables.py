@@ -8,13 +8,14 @@ from pydantic import AfterValidator, Field
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import PathText, Table, finite
-from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, SolverTable
-from bsm_mesh.modelfile.units import Lines, SpaceForce, Vector
+from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, SolverTable, StressRatio
+from bsm_mesh.modelfile.units import Lines, SpaceForce, SpaceStress, Vector
 
 Angle = Annotated[float, q.DIRECTION]
 Dip = Annotated[float, q.DIP]
@@ -186,6 +187,28 @@ class SpaceGravityTable(Table):
     )
 
 
+class SpaceStressTable(Table):
+    """Components of the total stress, tension positive."""
+
+    xx: SpaceStress = 0.0
+    yy: SpaceStress = 0.0
+    zz: SpaceStress = 0.0
+    xy: SpaceStress = 0.0
+    yz: SpaceStress = 0.0
+    xz: SpaceStress = 0.0
+
+
+@keys_of(InSitu)
+class SpaceInSituTable(Table):
+    """The ground's stress before anything is dug: a level with k0 along a trend, or a stress."""
+
+    surface: Annotated[float, q.COORDINATE] | None = Field(default=None, description="level of the ground")
+    k0: StressRatio = Field(default=1.0, description="horizontal over vertical total stress, along the trend")
+    k0_across: StressRatio | None = Field(default=None, description="the same across the trend; as k0 by default")
+    trend: Angle | None = Field(default=None, description="where k0 acts, clockwise from north; default: to the north")
+    stress: SpaceStressTable | None = None
+
+
 class HeadPlaneTable(Table):
     """A plane of groundwater."""
 
@@ -244,6 +267,7 @@ class SpaceFile(Table):
     key_blocks: KeyBlocksTable = Field(default_factory=KeyBlocksTable)
     support: list[SpaceSupportTable] = Field(default_factory=list)
     load: list[SpaceLoadTable] = Field(default_factory=list)
+    in_situ: SpaceInSituTable | None = None
     water: SpaceWaterTable | None = None
     gravity: SpaceGravityTable = Field(default_factory=SpaceGravityTable)
     stage: list[SpaceStageTable] = Field(default_factory=list)

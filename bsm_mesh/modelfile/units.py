@@ -31,27 +31,41 @@ def components(quantity: Quantity, axes: str, told: str = "") -> Any:
     return Annotated[Any, PlainValidator(read), WithJsonSchema(schema), Each(quantity)]
 
 
-def _linear_stress(value: object) -> tuple[float, float, float]:
+def _linear_stress(value: object) -> tuple[float, ...]:
     if not isinstance(value, list | tuple):
         return convert(value, STRESS), 0.0, 0.0
     if len(value) != 3:
         raise ValueError("needs one stress, or three values [c, a_x, a_y] for c + a_x x + a_y y")
-    return convert(value[0], STRESS), convert(value[1], STRESS_GRADIENT), convert(value[2], STRESS_GRADIENT)
+    return _coefficients(value)
 
 
-def _linear_stress_pair(value: object) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+def _space_stress(value: object) -> tuple[float, ...]:
+    if not isinstance(value, list | tuple):
+        return convert(value, STRESS), 0.0, 0.0, 0.0
+    if len(value) != 4:
+        raise ValueError("needs one stress, or four values [c, a_x, a_y, a_z] for c + a_x x + a_y y + a_z z")
+    return _coefficients(value)
+
+
+def _coefficients(value: list[object] | tuple[object, ...]) -> tuple[float, ...]:
+    return convert(value[0], STRESS), *(convert(part, STRESS_GRADIENT) for part in value[1:])
+
+
+def _linear_stress_pair(value: object) -> tuple[tuple[float, ...], tuple[float, ...]]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise ValueError("needs two components [t_x, t_y], each a stress or [c, a_x, a_y]")
     return _linear_stress(value[0]), _linear_stress(value[1])
 
 
-def _linear_schema() -> dict[str, Any]:
-    gradient = schema_of(STRESS_GRADIENT)
-    three = {"type": "array", "prefixItems": [schema_of(STRESS), gradient, gradient], "minItems": 3, "maxItems": 3}
-    return {"anyOf": [*schema_of(STRESS)["anyOf"], three], "description": "Pa, or [c, a_x, a_y]"}
+def _linear_schema(axes: str = "xy") -> dict[str, Any]:
+    parts, count = [schema_of(STRESS), *[schema_of(STRESS_GRADIENT)] * len(axes)], 1 + len(axes)
+    several = {"type": "array", "prefixItems": parts, "minItems": count, "maxItems": count}
+    form = ", ".join(["c", *(f"a_{axis}" for axis in axes)])
+    return {"anyOf": [*schema_of(STRESS)["anyOf"], several], "description": f"Pa, or [{form}]"}
 
 
 LinearStress = Annotated[Any, STRESS, PlainValidator(_linear_stress), WithJsonSchema(_linear_schema())]
+SpaceStress = Annotated[Any, STRESS, PlainValidator(_space_stress), WithJsonSchema(_linear_schema("xyz"))]
 LinearStressPair = Annotated[
     Any,
     PlainValidator(_linear_stress_pair),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.results.bolts import BoltForces
@@ -14,6 +13,7 @@ from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
 from bsm_mesh.solve.step.system import System
 from bsm_mesh.three_d.contacts.history import PointHistory
+from bsm_mesh.three_d.in_situ import in_situ_history
 from bsm_mesh.three_d.motion.explicit import ExplicitMotion
 from bsm_mesh.three_d.record import outcome_of
 from bsm_mesh.three_d.step.block_system import BlockSystem
@@ -33,8 +33,8 @@ class Space:
         return PointHistory.none()
 
     def in_situ_history(self, model: Model) -> tuple[PointHistory, tuple[str, ...]]:
-        """Refuse: in-situ stress comes in by gravity, in the first stage."""
-        raise ModelError('in_situ: method = "direct" is for the plane; in three dimensions load the first stage')
+        """Return contact points with the forces of the in-situ field, and notes on it."""
+        return in_situ_history(model)
 
     def between(self, history: PointHistory, stays: BoolArray) -> PointHistory:
         """Return the history of contacts between blocks that stay, (n,)."""

@@ -63,6 +63,14 @@ class WaterOnPolyhedra:
         self.inward = np.concatenate([-outward[one], outward[other]])
         self.own = own[face[row]]
 
+    def pressure_at(self, point: FloatArray, face: IntArray) -> FloatArray:
+        """Return the water pressure at points (k, 3) of faces between blocks (k,), as given, (k,) [Pa]."""
+        if not self.acts:
+            return np.zeros(len(point))
+        own = self._of_faces[face]
+        below = np.maximum(self.unit_weight * (self.level - point @ self.up), 0.0)
+        return np.where(np.isnan(own), below, own)
+
     def recorded(self) -> dict[str, Any]:
         """Return the fields of `Evidence` that tell of the water."""
         if not self.acts:

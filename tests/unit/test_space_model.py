@@ -26,6 +26,9 @@ def fault(match):
         ({"loads": [bsm.PointLoad(block=1, point=(0, 0), force=(1, 0))]}, "polyhedra take Pressure(boundary=..."),
         ({"water": bsm.Water(table=[(0, 1)])}, "water: table is for the plane"),
         ({"joints": ()}, "joint 'J1' is not defined"),
+        ({"in_situ": bsm.InSitu(stress={"xx": -1e6})}, "stress needs the components xx, yy and zz"),
+        ({"in_situ": bsm.InSitu(surface=[(0, 1), (2, 3)])}, "in_situ: of polyhedra surface is one level [m]"),
+        ({"in_situ": bsm.InSitu(surface=-2)}, "the whole model lies above the surface, -2 m"),
     ],
 )
 def test_a_model_of_polyhedra_refuses_what_is_for_the_plane(changes, match):
@@ -37,6 +40,19 @@ def test_polygons_have_no_contact_points_of_polyhedra():
     blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="r")
     with fault('contact_points = "both" is for polyhedra'):
         bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=26e3)], contact_points="both")
+
+
+def test_an_in_situ_stress_of_polyhedra_is_none_of_the_plane():
+    blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="r")
+    for given in ({"stress": {"zz": -1e6}}, {"surface": 5, "k0_across": 2.0}, {"surface": 5, "trend": 10}):
+        with fault("k0_across, trend and the components zz, yz, xz are for polyhedra"):
+            bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=26e3)], in_situ=bsm.InSitu(**given))
+    with fault("in_situ: k0_across = 'hergt' is unknown; did you mean 'herget'?"):
+        bsm.InSitu(surface=5, k0_across="hergt")
+    with fault("in_situ: stress zz: give one number, or four [c, a_x, a_y, a_z]; has 3"):
+        bsm.InSitu(stress={"zz": (1, 2, 3)})
+    with fault("trend belongs to a surface"):
+        bsm.InSitu(stress={"zz": -1e6}, trend=20)
 
 
 def test_the_trend_of_an_earthquake_is_for_polyhedra_and_goes_with_gravity():

@@ -106,8 +106,11 @@ force = [0, "1 kN", 0]
     text = (
         case.folder / "slope.toml"
     ).read_text() + "[stage.gravity]\nhorizontal = 0.1\ntrend = 20\n[gravity]\ntrend = 9\n"
-    case.write("shaken.toml", text.replace(loads, "") + loads)
-    (stage,) = bsm.load(case.folder / "shaken.toml").stages
+    field = '\n[in_situ.stress]\nxx = "-2 MPa"\nzz = [-1e6, 0, 0, "26 kN/m^3"]\n'
+    case.write("shaken.toml", text.replace(loads, "") + loads + field)
+    other = bsm.load(case.folder / "shaken.toml")
+    (stage,) = other.stages
+    assert other.in_situ == bsm.InSitu(stress={"xx": -2e6, "zz": (-1e6, 0, 0, 26e3)})
     assert (stage.gravity, stage.gravity_trend) == ((0.1, 0.0), 20.0)
     results = bsm.run(model)
     assert_allclose(results.stages[-1].total_load, [-2e3 * 2 * results_height(model), 1e3, -260e3])

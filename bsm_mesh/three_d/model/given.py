@@ -11,12 +11,13 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.three_d.model.loads import forces_in_space
+from bsm_mesh.three_d.stress_field import in_situ_faults
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.model.water import Water
 
-REFUSED = ("bolts", "in_situ", "flow", "face_water", "histories")  # fields that are for the plane
+REFUSED = ("bolts", "flow", "face_water", "histories")  # fields that are for the plane
 
 
 def faults_in_space(model: Model) -> list[str]:
@@ -37,6 +38,7 @@ def faults_in_space(model: Model) -> list[str]:
         faults.append('contact_points: polyhedra take "both" (corners and centroids of faces) or "corners"')
     for place, water in (("water", model.water), *((f"stage '{s.name}': water", s.water) for s in model.stages)):
         faults += [f"{place}: {text}" for text in _water_faults(model, water)]
+    faults += in_situ_faults(model)
     faults += [f"joint '{joint.name}': {text}" for joint in model.joints for text in _joint_faults(joint)]
     checks: list[Callable[[], object]] = [
         lambda: bars_of(model.supports, model.blocks),
@@ -97,7 +99,8 @@ def refuse_unready(model: Model, solver_faults: tuple[str, ...], scheme: str) ->
         faults.append("the model is free to move in any direction: no support holds it; hold some blocks or a boundary")
     stages = [forces_in_space(loads, model.blocks).force for loads in (model.loads, *(s.loads for s in model.stages))]
     waters = [model.water, *(stage.water for stage in model.stages)]
-    loaded = model.weights.any() or any(force.any() for force in stages) or any(waters)
+    field = model.in_situ is not None and model.in_situ.method == "direct"
+    loaded = field or model.weights.any() or any(force.any() for force in stages) or any(waters)
     if not loaded:
         faults.append("nothing loads the model; give the rocks their unit_weight, or a load")
     raise_faults(faults)
