@@ -18,7 +18,7 @@ from bsm_mesh.three_d.stress_field import SpaceStress
 def in_situ_history(model: Model) -> tuple[PointHistory, tuple[str, ...]]:
     """Return contact points with the forces of the in-situ field in the given geometry, and notes on it.
 
-    A point has the effective traction there times its area: the resultant of a linear field on the face is exact, and
+    A point has the effective traction there times its area. The resultant of a linear field on the face is exact, and
     so is the moment of a uniform one. The closure under the field is taken as past.
     """
     system = BlockSystem(model)
