@@ -274,29 +274,33 @@ run_doctests() {
     return "$code"
 }
 
-# Two workers share the machine: one thread each, unless the caller says otherwise.
+# Two workers share the machine: one thread each, unless the caller says otherwise. Bytecode is kept in the environment,
+# whatever the caller says: processes of tests, and the next run, start sooner.
 share_the_machine() {
+    export PYTHONPYCACHEPREFIX="${PYTHONPYCACHEPREFIX:-$venv/pycache}"
+    unset PYTHONDONTWRITEBYTECODE
     export OMP_NUM_THREADS="${OMP_NUM_THREADS:-1}" OPENBLAS_NUM_THREADS="${OPENBLAS_NUM_THREADS:-1}"
     export MKL_NUM_THREADS="${MKL_NUM_THREADS:-1}"
 }
 
-types_and_documentation() {
-    check "types" "$python" -m mypy
+# What tests do not depend on, one after the other.
+checks_beside_tests() {
+    check "formatter" "$python" -m ruff format --check .
+    check "linter" "$python" -m ruff check .
+    check "plain words" "$python" -m tools.words
     check "documentation" "$python" -m docs.build
+    check "types" "$python" -m mypy
 }
 
 test_all() {
     cd "$root"
     share_the_machine
-    check "formatter" "$python" -m ruff format --check .
-    check "linter" "$python" -m ruff check .
-    check "plain words" "$python" -m tools.words
-    # One process each, so that side by side they take half as long; what is said beside is shown afterwards.
-    types_and_documentation >"$report.beside" 2>&1 &
+    # Side by side with the tests, so that no core waits for another; their words are shown afterwards.
+    checks_beside_tests >"$report.beside" 2>&1 &
     check "doctests" run_doctests
+    check "tests" run_tests "$daily"
     wait $! || true
     cat "$report.beside"
-    check "tests" run_tests "$daily"
     if [ "$tier" = all ]; then
         check "tests of the other tier" run_tests "$apart"
         install_project "$(test_extras)"

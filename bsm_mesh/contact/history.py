@@ -136,8 +136,8 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
 def _kept(contacts: ContactSet, at: Evaluation, size: float) -> tuple[IntArray, BoolArray]:
     """Return the rows of contacts that have a history, (k,), and which of them are open and keep their offset alone.
 
-    These are open no more than two blocks may be apart when they meet: walls that moved away from each other
-    are those of the given geometry.
+    These are open no more than two blocks may be apart when they meet. Walls that moved away from each other are as
+    given.
     """
     broken = (contacts.tension > 0) & ~at.closed
     idle = contacts.within_tolerance & ~at.failed & (at.gap <= RULES.rounding * size) & ~broken

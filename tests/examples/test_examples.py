@@ -70,6 +70,7 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "tilted_wall/tilt_28.toml": ("unstable", None, 0.25, 0.5, True),
     "tilted_wall/tilt_30.toml": ("unstable", None, 0.25, 0.5, False),
 }
+HEAVY = ("staged_tunnel/model.toml", "toppling_column/steeper.toml")
 EVERY_STAGE_AT_REST = {f"cassiar_slope/{name}.toml" for name in ("model", "mohr_coulomb", "ten_blocks")}
 
 
@@ -102,7 +103,9 @@ def test_every_model_file_is_here() -> None:
         assert {name for name in there if name.startswith(f"{folder}/")} <= set(EXPECTED)
 
 
-@pytest.mark.parametrize("name", EXPECTED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.heavy] if name in HEAVY else []) for name in EXPECTED]
+)
 def test_verdict_and_number(name: str, ran: Ran, tmp_path: Path) -> None:
     status, unstable, least, greatest, admissible = EXPECTED[name]
     answer, folder = ran(name)

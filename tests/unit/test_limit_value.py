@@ -30,6 +30,7 @@ def contains(found, exact, width):
     assert low - 1e-4 * abs(exact) <= exact <= high + 1e-4 * abs(exact)
 
 
+@pytest.mark.heavy
 def test_least_friction_of_an_incline():
     """The range runs down: from stable to failing."""
     found = limit_value(incline, 40.0, 20.0, quantity="friction")
@@ -38,6 +39,7 @@ def test_least_friction_of_an_incline():
     assert str(found).startswith("friction 30: stable there")
 
 
+@pytest.mark.heavy
 def test_greatest_load_on_an_incline():
     """A force down the incline on a block of weight W: W sin a + k F = W cos a tan(phi)."""
     a, W = np.radians(DIP), 25e3  # N: one m2

@@ -59,6 +59,7 @@ HEAVY = (
     "cut_rock",
     "joint-laws",
     "damped",
+    "toppling-column",
 )
 QUICK = [name for name, table in TABLES.items() if not table.is_slow]
 

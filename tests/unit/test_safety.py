@@ -173,6 +173,7 @@ def test_nothing_that_fails_is_no_limit():
     assert found.mechanism is None
 
 
+@pytest.mark.heavy
 def test_the_stage_in_question_is_weakened_and_what_is_before_it_not():
     """The block is held by another one until that is excavated."""
     polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5), rectangle(-3, 0, -1, 0.5))]
@@ -203,6 +204,7 @@ def test_trials_from_a_checkpoint_are_those_from_the_start():
         assert np.array_equal(part.results.stages[-1].contacts.shear_force, whole.contacts.shear_force)
 
 
+@pytest.mark.heavy
 def test_other_starts_and_stiffer_joints():
     found = factor_of_safety(incline(), spread=True)
     names = [text for text, _ in found.spread]
