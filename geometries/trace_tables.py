@@ -20,6 +20,7 @@ PORE_PY = ("start_x", "start_y", "end_x", "end_y")
 POINTS = ("x", "y", "trace")
 SCAN_COLUMNS = {"distance": LENGTHS, "dip": ANGLES, "dip_direction": ANGLES}
 FARTHEST = 1e12  # [m]; as for nodes of meshes
+UNNAMED_SET = "joints"  # planes of a table without the column `set`
 
 
 def lines_of_csv(file: Path, scale: float | None) -> TraceLines:
@@ -85,7 +86,7 @@ def read_scan_line(path: str | os.PathLike[str]) -> list[dict[str, float | str]]
 def read_orientations(path: str | os.PathLike[str]) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Return dips and dip directions [degrees] of every set of a CSV file with the columns ``dip, dip_direction, set``.
 
-    Without the column ``set`` all planes are of one set, "joints". The table of a scan line will do.
+    Without the column ``set`` all planes are of one set, `UNNAMED_SET`. The table of a scan line will do.
 
     Raises
     ------
@@ -131,7 +132,7 @@ def _mapped(
             faults.append(f"{place}: dip_direction = {values['dip_direction']:g} is no angle up to 360 degrees")
         if not abs(values.get("distance", 0.0)) < FARTHEST:
             faults.append(f"{place}: distance = {values['distance']:g} must be below {FARTHEST:g} m")
-        found.append({**values, "set": ("joints" if of is None else cells[of]) or "joints"})
+        found.append({**values, "set": ("" if of is None else cells[of]) or UNNAMED_SET})
     if faults:
         raise GeometryError(faults)
     return found

@@ -108,19 +108,24 @@ def _write(added: AddedFiles, found: Kinematics, title: str, picture: bool) -> l
 
 
 def _told_sets(found: Kinematics, means: Kinematics) -> dict[str, Any]:
-    """Return of every set its mean plane, and the parts of its planes that permit each movement."""
+    """Return of every set its mean plane, and the parts of its planes that permit each movement.
+
+    Planes of a table without sets have no mean plane.
+    """
+    from bsm_mesh.geometries.trace_tables import UNNAMED_SET
+
     told = {}
     for k, name in enumerate(found.sets):
-        own = found.of_set == k
+        own, is_set = found.of_set == k, name != UNNAMED_SET
         told[name] = {
             "planes": int(own.sum()),
-            "dip": round(float(means.dip[k]), 6),
-            "dip_direction": round(float(means.dip_direction[k]), 6),
+            "dip": round(float(means.dip[k]), 6) if is_set else None,
+            "dip_direction": round(float(means.dip_direction[k]), 6) if is_set else None,
             "planar": float(found.planar[own].mean()),
             "flexural": float(found.flexural[own].mean()),
             "base": float(found.base[own].mean()),
-            "mean_plane_slides": bool(means.planar[k]),
-            "mean_plane_topples": bool(means.flexural[k]),
+            "mean_plane_slides": bool(means.planar[k]) if is_set else None,
+            "mean_plane_topples": bool(means.flexural[k]) if is_set else None,
         }
     return told
 
@@ -146,7 +151,7 @@ def _print(found: Kinematics, means: Kinematics) -> None:
         (
             name,
             str(row["planes"]),
-            f"{row['dip']:.0f}/{row['dip_direction']:03.0f}",
+            "-" if row["dip"] is None else f"{row['dip']:.0f}/{row['dip_direction']:03.0f}",
             *(percent(row[key]) for key in ("planar", "flexural", "base")),
         )
         for name, row in _told_sets(found, means).items()

@@ -36,7 +36,7 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     """Draw the blocks that have gone, ring and name them, and return what to say of them.
 
     They are drawn where they are, by so many times their displacement that all are; those that were taken away where
-    they were given.
+    they were given. Fragments too small to count (`falls.ignore_below`) have no ring.
     """
     scene, stage = sheet.scene, sheet.scene.stage
     away = factor * stage.displacement[:, :2]
@@ -44,8 +44,9 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     centre = scene.results.blocks.moments.centroid + away
     out = ~((centre > (x0, y0)) & (centre < (x1, y1))).all(axis=1)
     told = []
-    taken = np.zeros_like(scene.down)
+    taken, counts = np.zeros_like(scene.down), np.ones_like(scene.down)
     taken[[fall.block for fall in stage.falls]] = True
+    counts[[fall.block for fall in stage.falls if fall.ignored]] = False
     for mask, colour, style, what in (
         (scene.down, FALLS, "-", "falling"),
         (scene.apart & ~scene.down, "#f0b27a", "-", "at rest after moving far"),
@@ -60,10 +61,12 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
         for those, drawn in ((here, factor), (given, 0.0)):
             if len(those):
                 sheet.polygons(scene.polygons(those, drawn), **look, zorder=3)
-                _ring(sheet, those, drawn)
+                _ring(sheet, those[counts[those]], drawn)
         sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
         beyond = ", beyond the picture, drawn where given" if factor and (out & mask & ~taken).any() else ""
-        told.append(f"{numbered('block', blocks, 6)} {what}{beyond}")
+        if counts[blocks].any():
+            told.append(f"{numbered('block', blocks[counts[blocks]], 6)} {what}{beyond}")
+    told += [f"{counted(int((~counts).sum()), 'fragment')} too small to count taken away"] * (not counts.all())
     return f"; {'; '.join(told)}, in no colour of the scale" if told else ""
 
 

@@ -36,6 +36,13 @@ def test_a_sliver_that_comes_loose_does_not_decide():
     assert "too small to count: 1 block of 0.0025 m2 in all (falls.ignore_below): block 3" in stage.notes[-1]
 
 
+def test_the_log_of_a_sliver_that_falls_names_no_instability():
+    said: list[str] = []
+    bsm.run(overhanging(0.05), report=said.append)
+    assert "small blocks fall: 1 block taken away, the run continues" in said
+    assert not [line for line in said if line.startswith("unstable")]
+
+
 @pytest.mark.parametrize(("width", "share"), [(0.05, 0.0), (0.2, 0.01)])
 def test_a_block_that_counts_makes_the_stage_unstable(width, share):
     results = bsm.run(overhanging(width), bsm.Options(falls=bsm.Falls(ignore_below=share)))

@@ -180,6 +180,18 @@ def test_the_command(case: Case):
     assert "planar sliding: 2 of 6 planes permit it" in outcome.out
 
 
+def test_planes_of_a_table_without_sets_have_no_mean_plane(case: Case):
+    case.write("joints.csv", "dip,dip_direction\n35,300\n60,250\n40,360\n")
+    face = ("kinematics", "joints.csv", "--face", "60", "300", "--friction", "25", "--no-picture")
+    (row,) = json.loads(case.run(*face, "--json").out)["sets"].values()
+    assert row["planes"] == 3
+    assert {key: row[key] for key in ("dip", "dip_direction", "mean_plane_slides")} == {
+        "dip": None, "dip_direction": None, "mean_plane_slides": None,
+    }  # fmt: skip
+    (line,) = [line for line in case.run(*face).out.splitlines() if line.lstrip("| ").startswith("joints")]
+    assert line.replace("|", " ").split()[:3] == ["joints", "3", "-"]
+
+
 def test_bad_input_of_the_command(case: Case):
     case.write("joints.csv", TABLE.replace("60,250", "95,250"))
     face = ("--face", "60", "300")

@@ -135,14 +135,25 @@ def test_names_of_blocks_keep_clear_of_each_other_and_tell_weights_of_what_was_t
     shapes = [*(model.blocks.polygon(k) for k in range(3)), *chips]
     results = bsm.run(
         model.replace(blocks=bsm.Blocks.from_polygons(shapes, rock="rock")),
-        bsm.Options(displacement_limit=0.2, falls=bsm.Falls(ignore_below=0.05)),
+        bsm.Options(displacement_limit=0.2, falls=bsm.Falls(ignore_below=0, on_fall="remove")),
     )
-    assert str(results.status) == "stable"
+    assert str(results.status) == "stable_after_falls"
     figure = figure_of(results, "displacement")
     names = [each for each in figure.findobj(Annotation) if each.get_text().startswith("block ")]
     assert [each.get_text() for each in names] == [f"block {k}\n0.01 m2, 250 N/m" for k in (3, 4, 5)]
     boxes = [Text.get_window_extent(each) for each in names]
     assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+
+
+def test_fragments_too_small_to_count_are_counted_and_have_no_ring() -> None:
+    from matplotlib.patches import Circle
+
+    results = bsm.run(wedge(), bsm.Options(displacement_limit=0.2, falls=bsm.Falls(ignore_below=0.05)))
+    assert (str(results.status), [fall.block for fall in results.stages[-1].falls]) == ("stable", [3])
+    figure = figure_of(results, "displacement")
+    assert not [patch for patch in figure.axes[0].patches if isinstance(patch, Circle)]
+    assert "1 fragment too small to count taken away" in texts(figure)
+    assert "block 3" not in texts(figure)
 
 
 def test_blocks_that_come_down_are_out_of_the_colour_scale(flake: bsm.results.Results) -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import counted
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
@@ -154,7 +155,10 @@ class ContinuationScheme:
             start = replace(start, position=motion.position, history=history, intact=False, bolts=motion.bolts)
             if motion.status is not Status.STABLE:
                 break
-        self.report(f"{motion.status.value}: {motion.reason}")
+        if self.options.falls.takes_away(motion.small):
+            self.report(f"{motion.reason}: {counted(motion.small.size, 'block')} taken away, the run continues")
+        else:
+            self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
         self.moved[part.block] = motion.position
         self.history = self._mechanics.in_whole(history, part)

@@ -147,7 +147,7 @@ class CollapseCriterion:
         if chips.any():
             number = np.flatnonzero(chips).astype(np.int32)
             small = np.ones(len(number), dtype=bool)
-            return Collapse(reason="small blocks have come loose", down=number, small=small, unstable=number)
+            return Collapse(reason="small blocks fall", down=number, small=small, unstable=number)
         self.rest = position if velocity is None else self.rest
         return None
 
