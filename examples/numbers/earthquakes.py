@@ -11,6 +11,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.results.shaking import ENERGIES
 from examples.numbers.pages import Table, markdown
+from examples.numbers.runs import load
 from examples.numbers.safety import starter
 from tests.scenes.models import GAMMA
 from tests.scenes.quiet import DENSITY, MODULI, column, velocities
@@ -164,7 +165,35 @@ def reflections() -> str:
     return markdown(header, rows)
 
 
+def groundfall() -> str:
+    """Return a row for every wave into a room, and damping: verdict, fallen blocks, movement of others."""
+    model = load("groundfall/model")
+    room, wave = model.stages
+    assert wave.shaking is not None
+    rows = []
+    for file, scale, damping in (("weak", 0.1, 0.05), ("model", 1.0, 0.05), ("weak", 0.1, 0.0), ("model", 1.0, 0.0)):
+        shaking = replace(wave.shaking, scale=scale, contact_damping=damping)
+        stages = bsm.run(model.replace(stages=[room, replace(wave, shaking=shaking)]), model.options).stages
+        end = stages[-1]
+        moved = np.delete(np.hypot(*end.stage_displacement[:, :2].T), end.unstable_blocks)
+        name = f"{file}.toml" if damping else "without damping"
+        fallen = ", ".join(map(str, end.unstable_blocks)) or "-"
+        ends = stages[1].status.value, end.status.value, fallen, f"{1e3 * moved.max():.2f}"
+        rows.append((name, f"{12.5 * scale:g}", f"{damping:g}", *ends))
+    header = (
+        "file",
+        "wave, MPa",
+        "`contact_damping`",
+        "room",
+        "after the wave",
+        "fallen blocks",
+        "others moved by, mm",
+    )
+    return markdown(header, rows)
+
+
 TABLES = (
+    Table(name="groundfall", page="examples/groundfall/README.md", make=groundfall, is_slow=True, tolerance=0.3),
     Table(name="quiet", page="docs/earthquakes.md", make=reflections, is_slow=True, tolerance=0.3),
     Table(name="shaken-slope", page="docs/earthquakes.md", make=slope_by_damping, is_slow=True, tolerance=0.3),
     Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),

@@ -259,6 +259,13 @@ PICTURES = (
         mended=f"{NEW_LOOK}; the wedge is ringed and named",
     ),
     Drawn(
+        target=f"{EX}/groundfall/final_position.png",
+        models=(f"{EX}/groundfall/model.toml",),
+        name=FINAL,
+        shows="The room from whose roof a pressure wave brings down a block",
+        mended="new",
+    ),
+    Drawn(
         target=f"{EX}/incline/final_position.png",
         models=(f"{EX}/incline/tall_slides.toml",),
         name=FINAL,

@@ -56,6 +56,8 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "incline/slides.toml": ("unstable", [1], 10.0, 20.0, False),
     "incline/topples.toml": ("unstable", [1], 10.0, 20.0, False),
     "incline/tall_slides.toml": ("unstable", [1], 10.0, 20.0, False),
+    "groundfall/model.toml": ("unstable", [55], 0.5, 0.9, None),
+    "groundfall/weak.toml": ("stable", [], 5e-3, 7e-3, None),
     "retaining_wall/model.toml": ("stable", [], 0.0, 1e-3, True),
     "retaining_wall/heavy.toml": ("unstable", [2, 3, 4, 5], 1.0, 6.0, False),
     "rough_joint/model.toml": ("stable", [], 0.0, 1e-3, True),
