@@ -31,6 +31,8 @@ def zone_grid(results: Results, stage: StageResult) -> Grid:
             "stress": six_components(zones.stress),
             "sigma_1": sigma_1,
             "sigma_3": sigma_3,
+            "yielded": zones.yielded,
+            "plastic_strain": zones.plastic_strain,
         },
         names=numbered("rock", results.blocks.rock_names),
     )
@@ -44,4 +46,6 @@ def zones_of_grid(grid: Grid) -> ZoneResult:
         cells=grid.connectivity.reshape(-1, int(np.diff(grid.offsets[:2])[0])).astype(np.int32),
         block=grid.cell_data["block_id"].astype(np.int32),
         stress=tensors(grid.cell_data["stress"]),
+        yielded=grid.cell_data["yielded"].copy(),
+        plastic_strain=grid.cell_data["plastic_strain"].copy(),
     )

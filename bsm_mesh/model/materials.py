@@ -144,6 +144,7 @@ class Rock:
             cure = "give young and poisson" if self.young is None else "its stiffness is 'rigid': leave stiffness out"
             rules.faults.append(f"{rules.thing}: zones deform by the rock's elasticity; {cure}")
         raise_faults(rules.faults)
+        raise_faults([f"{rules.thing}: {text}" for text in self._plastic_faults()])
         with placed(rules.thing):
             law = self.law
         left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength or 0.0, law)
@@ -159,6 +160,26 @@ class Rock:
     def has_strength(self) -> bool:
         """Whether unjointed faces can fail: the rock gives cohesion, friction or tensile strength."""
         return not (self.cohesion is None and self.friction is None and self.tensile_strength is None)
+
+    @property
+    def yields(self) -> bool:
+        """Whether its zones yield."""
+        return self.zones is not None and self.zones.law != "elastic"
+
+    def _plastic_faults(self) -> list[str]:
+        """Return what zones that yield do not know, a sentence each."""
+        if self.zones is None or not self.yields:
+            return []
+        found = []
+        if not self.has_strength:
+            found.append("zones yield by the rock's strength; give cohesion, friction or tensile_strength")
+        softens = (self.residual_friction, self.residual_cohesion, self.softening_slip)
+        if any(value is not None for value in softens) or self.residual_tensile_strength:
+            found.append("zones that yield keep their strength; leave the residual strength and softening_slip out")
+        if self.zones.dilation > (self.friction or 0.0):
+            limit = f"friction = {self.friction or 0.0:g}"
+            found.append(f"zones: dilation = {self.zones.dilation:g} is above {limit}, and would create energy")
+        return found
 
     @property
     def law(self) -> MohrCoulomb | None:

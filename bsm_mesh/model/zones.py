@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import raise_faults
-from bsm_mesh.model.quantities import ZONE_ORDER, ZONE_SIZE
-from bsm_mesh.model.values import Rules
+from bsm_mesh.model.quantities import DILATION, ZONE_ORDER, ZONE_SIZE
+from bsm_mesh.model.values import Rules, plain_numbers
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
+
+ZoneLaw = Literal["elastic", "mohr_coulomb"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +28,11 @@ class Zones:
         Greatest side of the triangles; None: the fewest triangles that fill a block.
     order : int
         Polynomial order of the displacements in them: 1 (constant stress) or 2 (linear stress).
+    law : {"elastic", "mohr_coulomb"}
+        Whether the rock within blocks yields: ``"mohr_coulomb"`` by its `cohesion`, `friction` and `tensile_strength`
+        (0 where they are not given).
+    dilation : float [degrees]
+        Dilation angle of rock that yields, the friction angle at most.
 
     Examples
     --------
@@ -36,11 +43,17 @@ class Zones:
 
     size: Annotated[float, ZONE_SIZE] | None = None
     order: Annotated[int, ZONE_ORDER] = 2
+    law: ZoneLaw = "elastic"
+    dilation: Annotated[float, DILATION] = 0.0
 
     def __post_init__(self) -> None:
         rules = Rules("zones")
         rules.numbers(self)
+        rules.choice("law", self.law, get_args(ZoneLaw))
         raise_faults(rules.faults)
+        if self.dilation and self.law == "elastic":
+            raise_faults([f'zones: dilation = {self.dilation:g} is of rock that yields; give law = "mohr_coulomb"'])
+        plain_numbers(self)
 
 
 def has_zones(model: Model) -> bool:

@@ -23,6 +23,10 @@ class ZoneResult(Portable):
         Block of every triangle.
     stress : (t, 2, 2) float64 [Pa]
         Average total stress of every triangle, tension positive.
+    yielded : (t,) float64 [-]
+        Part of every triangle in which rock yielded, up to 1; 0 where it is elastic.
+    plastic_strain : (t,) float64 [-]
+        Average of the greatest plastic shear strain, e1 - e3.
     """
 
     points: FloatArray
@@ -30,6 +34,8 @@ class ZoneResult(Portable):
     cells: IntArray
     block: IntArray
     stress: FloatArray
+    yielded: FloatArray
+    plastic_strain: FloatArray
 
     def __post_init__(self) -> None:
         show_only(self)

@@ -50,7 +50,7 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
             Status.STABLE_AFTER_FALLS: "blocks fell and were taken away",
         }.get(stage.status, "the blocks' solution did not converge")
         return f"{what}: there is no state of rest to compare"
-    far = moved_far(model.blocks, stage.displacement + stage.origin, stage.counts)
+    far = moved_far(model, stage.displacement + stage.origin, stage.counts)
     if far and results.scheme not in MAY_MOVE_FAR:
         return f"block {far}"
     return _new_contacts(model, stage.contacts)
@@ -140,7 +140,7 @@ def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], numb
     stage = stages[number]
     if not stage.converged:
         return "the finite elements found no equilibrium, which proves nothing"
-    if not may_move_far and (far := moved_far(model.blocks, stage.displacement, stage.present)):
+    if not may_move_far and (far := moved_far(model, stage.displacement, stage.present)):
         return f"in the finite elements block {far}"
     return ""
 

@@ -198,14 +198,14 @@ class Apart:
         """Return what supports and faces of whole rock have to balance in every block, (M,) [N/m]."""
         block, size = self.mesh.block, self.basis.N
         on = end.present[block]
-        u, virgin = end.u[self.merged_dof], on.copy()
+        u = end.u[self.merged_dof]
         for fill in end.fills:
             filled = fill.blocks[self.node_block][self._node_of_dof]
             u = u - filled * fill.u[self.merged_dof]
-            virgin &= ~fill.blocks[block]
         internal = end.rock.forces(on, u, self.basis.element_dofs, size)
-        if end.initial_stress is not None:
-            internal = internal + forces_of_stress(self.basis, end.initial_stress * virgin[:, None])
+        given = end.without_strain(block)
+        if given is not None:
+            internal = internal + forces_of_stress(self.basis, given)
         if self.joints is not None and end.at.state is not None and end.history is not None:
             internal = internal + self.joints.forces(end.at.state, end.history)
         if self.bolts is not None and end.bolts is not None and end.at.bolts is not None:

@@ -32,6 +32,7 @@ from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState, remember
 from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.plastic_rock import PlasticRock, PlasticState
 from bsm_mesh.solve.zones.system import HINGED, FreeUnknowns
 from bsm_mesh.solve.zones.tangents import Tangents
 
@@ -69,6 +70,8 @@ class Equations:
         What they remember.
     bolts : EmbeddedBolts or None
         The bolts.
+    plastic : PlasticRock or None
+        The rock that yields.
     tangents : Tangents
         Of rock and joints on the free unknowns.
     size : float [m]
@@ -81,6 +84,7 @@ class Equations:
     joints: JointPoints | None
     history: JointHistory | None
     bolts: EmbeddedBolts | None
+    plastic: PlasticRock | None
     tangents: Tangents
     size: float
 
@@ -93,12 +97,16 @@ class Equations:
         bolts = None if self.bolts is None else self.bolts.evaluate(u)
         if self.bolts is not None and bolts is not None:
             internal = internal - self.bolts.forces(bolts)
+        plastic = None if self.plastic is None else self.plastic.evaluate(u)
+        if self.plastic is not None and plastic is not None:
+            internal = internal - self.plastic.relieved(plastic)
         residual = self.load - internal
         return Iterate(
             u=u,
             multipliers=multipliers,
             state=state,
             bolts=bolts,
+            plastic=plastic,
             residual=residual,
             left=self.free.reduced(residual, multipliers),
             rounding=ROUNDING * float(self.stiffness.diagonal().max() * np.abs(u).max(initial=0.0)),
@@ -110,7 +118,10 @@ class Equations:
         points = None
         if self.joints is not None and self.history is not None and at.state is not None:
             points = self.joints.stiffness(at.state, self.history, OPEN_STIFFNESS, regularization)
-        return self._with_bolts(self.tangents.at(points, 1 + regularization), at)
+        softer = None
+        if self.plastic is not None and at.plastic is not None and at.plastic.yields.any():
+            softer = self.plastic.softer(at.plastic)
+        return self._with_bolts(self.tangents.at(points, 1 + regularization, softer), at)
 
     def allowed(self, correction: FloatArray) -> float:
         """Return the part of a correction (N,) that small displacements of the joints' sides allow, at most 1."""
@@ -133,18 +144,20 @@ class Equations:
 
     def after(self, at: Iterate, path: FloatArray | None) -> Equations:
         """Return them after a state of equilibrium, which joints and bolts remember; `path` as for `remember`."""
-        history, bolts = self.history, self.bolts
+        history, bolts, plastic = self.history, self.bolts, self.plastic
         if history is not None and at.state is not None and path is not None:
             history = remember(history, at.state, path)
         if bolts is not None and at.bolts is not None:
             bolts = bolts.commit(at.bolts, at.u)
-        return replace(self, history=history, bolts=bolts)
+        if plastic is not None and at.plastic is not None:
+            plastic = plastic.after(at.plastic)
+        return replace(self, history=history, bolts=bolts, plastic=plastic)
 
     @property
     def are_linear(self) -> bool:
         """Whether one correction solves them."""
         bolts = self.bolts is None or self.bolts.elastic is not None
-        return bolts and (self.joints is None or self.joints.are_linear)
+        return bolts and self.plastic is None and (self.joints is None or self.joints.are_linear)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -161,6 +174,8 @@ class Iterate:
         Of the joints.
     bolts : BoltEvaluation or None
         Forces of the bolts.
+    plastic : PlasticState or None
+        Of the rock that yields.
     residual : (N,) float64 [N/m]
         Loads less internal forces, at all unknowns.
     left : (free,) float64 [N/m]
@@ -175,6 +190,7 @@ class Iterate:
     multipliers: FloatArray
     state: JointState | None
     bolts: BoltEvaluation | None
+    plastic: PlasticState | None
     residual: FloatArray
     left: FloatArray
     scale: float

@@ -16,16 +16,16 @@ from bsm_mesh.model.model import Model
 
 def interface_laws(model: Model) -> tuple[JointLaw, ...]:
     """Return the laws of all interfaces, by number."""
-    rocks = _rocks(model)
-    between = (law_between(one, other) for one in rocks for other in rocks)
-    return (*(joint.law or Elastic() for joint in model.joints), *between, Elastic())
+    rocks = rocks_of(model)
+    between = (None if _yield(one, other) else law_between(one, other) for one in rocks for other in rocks)
+    return (*(joint.law or Elastic() for joint in model.joints), *(law or Elastic() for law in between), Elastic())
 
 
 def interface_tensions(model: Model) -> tuple[FloatArray, FloatArray]:
     """Return the tensile strengths of all interfaces, by number [Pa], and what slip leaves of them."""
-    rocks = _rocks(model)
+    rocks = rocks_of(model)
     of_joints = (np.inf if joint.law is None else joint.tensile_strength for joint in model.joints)
-    between = (tension_between(one, other) for one in rocks for other in rocks)
+    between = (np.inf if _yield(one, other) else tension_between(one, other) for one in rocks for other in rocks)
     left = (residual_tension_between(one, other) for one in rocks for other in rocks)
     residual = [*(joint.residual_tensile_strength for joint in model.joints), *left, 0.0]
     return np.array([*of_joints, *between, np.inf]), np.array(residual)
@@ -67,6 +67,12 @@ def number_between(model: Model, one: IntArray, other: IntArray) -> IntArray:
     return found
 
 
-def _rocks(model: Model) -> list[Rock]:
+def _yield(one: Rock, other: Rock) -> bool:
+    """Return whether both rocks yield within their zones: faces between them are part of one piece."""
+    return one.yields and other.yields
+
+
+def rocks_of(model: Model) -> list[Rock]:
+    """Return the rocks by their numbers in ``model.blocks.rock``."""
     by_name = {rock.name: rock for rock in model.rocks}
     return [by_name[name] for name in model.blocks.rock_names]

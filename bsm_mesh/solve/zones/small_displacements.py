@@ -5,23 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
+from bsm_mesh.model.model import Model
 from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.solve.zones.rock_faces import rocks_of
 
 MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 
 
-def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:
+def moved_far(model: Model, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:
     """Return which block moved how far where small displacements do not hold; empty where they do.
 
-    Movements common to all blocks do not count. A block moves far that turns by more than `most`, or whose faces move
+    Movements common to all blocks do not count, and neither do strains of one piece of rock that yields. A block moves far that turns by more than `most`, or whose faces move
     against those of a neighbour by more than that part of its size.
 
     Parameters
     ----------
-    blocks : Blocks
-        As given.
+    model : Model
+        Its blocks, as given.
     position : (n, 3) float64 [m, m, rad]
         Their movement.
     present : (n,) bool
@@ -29,13 +31,16 @@ def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray, most: fl
     most : float [-; rad]
         How far they may move.
     """
+    blocks = model.blocks
     size, faces = np.sqrt(blocks.moments.area), find_faces(blocks)
     a, b = blocks.owner[faces.edge_a], blocks.owner[faces.edge_b]
     apart = np.zeros(len(a))
     for end in (faces.start, faces.end):
         relative = displacement_of(blocks, position, a, end) - displacement_of(blocks, position, b, end)
         apart = np.maximum(apart, np.hypot(*relative.T))
-    share = apart / np.minimum(size[a], size[b]) * (present[a] & present[b])
+    yields = np.array([rock.yields for rock in rocks_of(model)], dtype=bool)[blocks.rock]
+    whole = yields[a] & yields[b] & (face_joints(model, faces) < 0)
+    share = apart / np.minimum(size[a], size[b]) * (present[a] & present[b] & ~whole)
     turned = np.abs(position[:, 2]) * present
     limit = f"and small displacements hold up to {100 * MOVED:g} %"
     if share.max(initial=0.0) > max(most, turned.max()):

@@ -216,7 +216,7 @@ def _verdict(
         return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
     if not found.converged:
         return Status.NOT_CONVERGED, NO_EQUILIBRIUM
-    if far := moved_far(of.model.blocks, position, end.present):
+    if far := moved_far(of.model, position, end.present):
         return Status.NOT_CONVERGED, f"block {far}: zones know no larger ones; leave zones out to follow blocks"
     if not residual <= tolerance:
         return Status.NOT_CONVERGED, f"a block is out of balance by {residual:.1e} of the reference weight"
@@ -243,10 +243,15 @@ def _zones(of: Continuum, found: ContinuumSolution, end: StageEnd) -> ZoneResult
     """Return the zones of the blocks that are there."""
     there = end.present[found.cell_block]
     used, number = np.unique(found.cells[there], return_inverse=True)
+    yielded = strain = np.zeros(len(there))
+    if end.plastic is not None:
+        yielded, strain = end.plastic.over_cells(len(there))
     return ZoneResult(
         points=found.points[used],
         displacement=found.point_displacement[used],
         cells=number.reshape(found.cells[there].shape).astype(np.int32),
         block=found.cell_block[there],
         stress=found.cell_stress[there],
+        yielded=yielded[there],
+        plastic_strain=strain[there],
     )

@@ -19,6 +19,7 @@ from bsm_mesh.solve.zones.fills import Fill, gradient_at_fill
 from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.plastic_rock import PlasticRock
 from bsm_mesh.solve.zones.small_displacements import moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.supports import nodal_unknowns
@@ -73,6 +74,8 @@ class StageEnd:
         With the strength and the gravity of the stage.
     rock : RockStiffness
         Of the cells.
+    plastic : PlasticRock or None
+        The rock that yields.
     unknowns : int
         Number of displacement components that were solved for.
     solutions : int
@@ -98,8 +101,21 @@ class StageEnd:
     history: JointHistory | None
     model: Model
     rock: RockStiffness
+    plastic: PlasticRock | None
     unknowns: int
     solutions: int
+
+    def without_strain(self, block: IntArray) -> FloatArray | None:
+        """Return the effective stress (3, t, i) [Pa] of rock without strain: in situ, less what yielding took."""
+        stress = None
+        if self.initial_stress is not None:
+            virgin = ~np.any([np.zeros_like(self.present), *(fill.blocks for fill in self.fills)], axis=0)[block]
+            stress = self.initial_stress * virgin[:, None]
+        if self.plastic is not None:
+            of, relief = self.plastic.of, np.moveaxis(self.plastic.relief, -1, 0)[:3]
+            stress = np.zeros((3, len(block), of.points)) if stress is None else stress.copy()
+            stress[:, of.cells] -= relief
+        return None if stress is None else stress * self.present[block][:, None]
 
 
 def stage_solution(
@@ -115,7 +131,7 @@ def stage_solution(
     for fill in end.fills:
         displacement = np.where(fill.blocks[:, None], movement(of, end.u - fill.u), displacement)
     may_slide = of.joints is not None and not of.joints.are_linear
-    ran_away = may_slide and moved_far(of.model.blocks, displacement, end.present, RUNAWAY)
+    ran_away = may_slide and moved_far(of.model, displacement, end.present, RUNAWAY)
     total_load = end.load[nodal_unknowns(of.loaded[1])].sum(axis=0)
     return ContinuumSolution(
         name=end.name,
@@ -152,10 +168,10 @@ def _total_stress(of: Continuum, end: StageEnd) -> FloatArray:
     basis, block = of.basis, of.mesh.block
     stress = stress_of(mean_gradient(basis, end.u) - gradient_at_fill(end.fills, basis, block), end.stiffness)
     area = basis.dx.sum(axis=1)
-    if end.initial_stress is not None:
-        xx, yy, xy = (end.initial_stress * basis.dx).sum(axis=2) / area
-        virgin = ~np.any([np.zeros_like(end.present), *(fill.blocks for fill in end.fills)], axis=0)[block]
-        stress = stress + np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2) * virgin[:, None, None]
+    given = end.without_strain(block)
+    if given is not None:
+        xx, yy, xy = (given * basis.dx).sum(axis=2) / area
+        stress = stress + np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
     if end.water is not None:
         stress = stress - ((end.water.pressure * basis.dx).sum(axis=1) / area)[:, None, None] * np.eye(2)
     return stress * end.present[block][:, None, None]

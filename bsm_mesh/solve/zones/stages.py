@@ -41,6 +41,7 @@ from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization, continuum_mesh
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.placed_points import joint_points
+from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.stage_solution import StageEnd, stage_solution
 from bsm_mesh.solve.zones.supports import held_displacements
@@ -65,6 +66,7 @@ class _State:
     loads: tuple[ActingLoad, ...]
     water: PoreWater | None
     pressures: FloatArray
+    relief: FloatArray  # of rock that yields
     unreleased: list[tuple[FloatArray, float]] = field(default_factory=list)  # forces; part released
     fills: tuple[Fill, ...] = ()
 
@@ -189,7 +191,9 @@ class _Run:
         zero = np.zeros(basis.N)
         bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
         none = np.zeros(continuum.loaded[1].N)
-        self.state = _State(model, zero, zero, joints, history, bolts, model.acting_loads, water, none)
+        self.plastic = PlasticCells(model, basis, continuum.mesh.block, stiffness)
+        relief, loads = self.plastic.nothing(), model.acting_loads
+        self.state = _State(model, zero, zero, joints, history, bolts, loads, water, none, relief)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
         self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
@@ -234,6 +238,7 @@ class _Run:
         fresh[of.basis.element_dofs[:, comes[of.mesh.block]]] = True
         fresh[of.basis.element_dofs[:, stays[of.mesh.block]]] = False
         state.u, state.origin = np.where(fresh, 0.0, state.u), np.where(fresh, 0.0, state.origin)
+        state.relief[comes[self.plastic.block]] = 0.0
         state.fills = (*(fill.without(comes) for fill in state.fills), Fill(blocks=comes, u=state.u))
         if state.joints is not None and state.history is not None:
             state.history = state.joints.put_back(state.history, stays, comes, state.u)
@@ -266,6 +271,8 @@ class _Run:
             equations, at, converged = self._reached(equations)
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
+            if equations.plastic is not None:
+                state.relief = equations.plastic.relief
             if not converged:
                 break
         self.reactions = held.rows.T @ at.multipliers
@@ -289,6 +296,7 @@ class _Run:
             history=equations.history,
             model=state.model,
             rock=self.rock,
+            plastic=equations.plastic,
             unknowns=equations.free.free.size,
             solutions=equations.free.solutions,
         )
@@ -381,6 +389,27 @@ class _Run:
             joints=joints,
             history=history,
             bolts=state.bolts,
+            plastic=self._plastic(present, virgin),
             tangents=Tangents(stiffness, opening, slip, free),
             size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
+        )
+
+    def _plastic(self, present: BoolArray, virgin: BoolArray) -> PlasticRock | None:
+        """Return the rock that yields; its cells that are `virgin` (t,) have the in-situ stress."""
+        of, state = self.plastic, self.state
+        if not len(of.cells):
+            return None
+        initial, nodes = of.nothing(), np.zeros_like(of.at_nodes(state.u))
+        if self.initial_stress is not None:
+            xx, yy, xy = self.initial_stress[:, of.cells] * virgin[of.cells, None]
+            initial = np.stack([xx, yy, xy, xx], axis=-1)  # as much across the plane as along it
+        for fill in state.fills:
+            nodes += of.at_nodes(fill.u) * fill.blocks[of.block][:, None, None]
+        return PlasticRock(
+            of=of,
+            strength=strength_of(state.model, of),
+            there=present[of.block],
+            initial=initial,
+            without_strain=nodes,
+            relief=state.relief,
         )

@@ -47,10 +47,17 @@ class Tangents:
     def __init__(self, rock: Any, opening: Any, slip: Any, free: FreeUnknowns) -> None:
         self._given = rock, opening, slip, free
 
-    def at(self, points: PointStiffness | None, rock: float = 1.0) -> Any:
-        """Return the tangent (free, free), by columns, with so many times the rock's stiffness."""
-        pattern = self._pattern
+    def at(self, points: PointStiffness | None, rock: float = 1.0, softer: Any = None) -> Any:
+        """Return the tangent (free, free), by columns, with so many times the rock's stiffness.
+
+        `softer` (N, N) is what yielding adds to it, within its pattern.
+        """
+        pattern, free = self._pattern, self._given[-1]
         data = rock * pattern.rock
+        if softer is not None:
+            change = free.reduced_matrix(softer).tocoo()
+            slot = np.searchsorted(pattern.place, change.col.astype(np.int64) * free.free.size + change.row)
+            data = data + np.bincount(slot, change.data, minlength=len(data))
         if points is not None:
             values = sum(product * of[pattern.row] for product, of in zip(pattern.products, points, strict=True))
             data = data + np.bincount(pattern.slot, values, minlength=len(data))
@@ -76,11 +83,12 @@ class Tangents:
             row=row,
             products=products,
             slot=slot[rock.nnz :],
+            place=place,
         )
 
 
 class _Pattern(NamedTuple):
-    """Where columns start and in which rows they have values; the rock's; of each product its point and its place."""
+    """Where columns start and in which rows they have values; the rock's; of each product its point and its place; all places."""
 
     indices: IntArray
     starts: IntArray
@@ -88,6 +96,7 @@ class _Pattern(NamedTuple):
     row: IntArray
     products: tuple[FloatArray, ...]
     slot: IntArray
+    place: IntArray
 
 
 def _products(n: Any, s: Any) -> tuple[IntArray, IntArray, tuple[FloatArray, ...]]:
