@@ -13,6 +13,7 @@ from benchmarks.continuum import ROOT
 from benchmarks.pages import add_into, processor, tell
 from examples.numbers.pages import markdown
 from tests.scenes import zones as scenes
+from tests.scenes.plastic_zones import Hole, footing
 
 COMMAND = "python -m benchmarks.zones"
 HEADER = ("case", "closed form", "first order", "second order")
@@ -48,6 +49,33 @@ def closed_forms() -> list[tuple[str, ...]]:
     ]
 
 
+PLASTIC_HEADER = ("rock that yields, zones of second order", "closed form", "found")
+PARTS = (0.7, 0.9, 0.95, 0.97, 0.98, 0.99, 1.0, 1.005, 1.01, 1.02)  # of (2 + pi) c
+
+
+def plastic() -> list[tuple[str, ...]]:
+    """Return the lines of the table of rock that yields."""
+    lines, hole = [], Hole()
+    for rings, sectors in ((20, 12), (40, 24)):
+        stress, radius, by_area = hole.errors(bsm.run(hole.model(rings, sectors)).stages[-1].zones)
+        name = f"Salencon's hole, {2 * rings * sectors} zones"
+        lines += [
+            (f"{name}: error of stresses", "0", f"{stress:.2%}"),
+            (f"{name}: plastic radius by the stress outside, m", f"{hole.radius:.4f}", _grown(hole, radius)),
+            (f"{name}: plastic radius by the area that yielded, m", f"{hole.radius:.4f}", _grown(hole, by_area)),
+        ]
+    for size in (0.2, 0.1):
+        stages = bsm.run(footing(PARTS, size=size)).stages
+        carried, most = (PARTS[len(stages) - k] for k in (2, 1))
+        name = f"strip footing on clay, zones of {size:g} m at its edge: load over (2 + pi) c"
+        lines.append((name, "1", f"{carried:g} carried, {most:g} not"))
+    return lines
+
+
+def _grown(hole: Hole, error: float) -> str:
+    return f"{hole.radius * (1 + error):.4f}"
+
+
 def costs() -> list[tuple[str, ...]]:
     """Return the lines of the table of costs."""
     model = bsm.load(ROOT / "examples/staged_tunnel/model.toml")
@@ -71,7 +99,8 @@ def main() -> int:
     add_into(parser, COMMAND)
     given = parser.parse_args()
     said = f"The rock of the tunnel has E = 20 GPa and nu = .25 where it has zones. Measured on {processor()}."
-    text = f"{markdown(HEADER, closed_forms())}\n\n{said}\n\n{markdown(COST_HEADER, costs())}"
+    yields = markdown(PLASTIC_HEADER, plastic())
+    text = f"{markdown(HEADER, closed_forms())}\n\n{yields}\n\n{said}\n\n{markdown(COST_HEADER, costs())}"
     tell(text, COMMAND, given.into)
     return 0
 

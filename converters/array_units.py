@@ -23,7 +23,7 @@ UNITS = {
     "velocity": "m/s",
     "wet_pressure": "Pa",
     **dict.fromkeys(("filled", "wet", "place", "node"), ""),
-    **dict.fromkeys(("slipping_share", "open_share"), ""),
+    **dict.fromkeys(("slipping_share", "open_share", "yielded", "plastic_strain"), ""),
     **dict.fromkeys(("block_id", "block_a", "block_b", "rock", "joint", "edge_joint"), ""),
     **dict.fromkeys(("status", "unstable", "bolt", "alive", "piece"), ""),
 }

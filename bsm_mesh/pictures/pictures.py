@@ -58,7 +58,7 @@ from bsm_mesh.pictures.shaking_pictures import (
     draw_time_histories,
 )
 from bsm_mesh.pictures.water_pictures import draw_water
-from bsm_mesh.pictures.zone_pictures import draw_zone_sigma_1, draw_zone_sigma_3
+from bsm_mesh.pictures.zone_pictures import draw_zone_sigma_1, draw_zone_sigma_3, draw_zone_yielding
 from bsm_mesh.results.results import Results
 from bsm_mesh.text.headings import PICTURES_FOLDER, stage_heading, stage_number
 
@@ -88,6 +88,7 @@ PICTURES: dict[str, Callable[[Sheet], str | None]] = {
     "shaking_displacement": draw_permanent,
     "zones_sigma_1": draw_zone_sigma_1,
     "zones_sigma_3": draw_zone_sigma_3,
+    "zones_yielding": draw_zone_yielding,
 }
 
 

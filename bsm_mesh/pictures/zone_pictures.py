@@ -1,41 +1,58 @@
-"""Pictures of zones: stresses within blocks."""
+"""Pictures of zones: stresses and yielding within blocks."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.pictures.canvas import Sheet, add_joints, add_outline, add_paper, limits, scaled
 from bsm_mesh.pictures.marks import add_gone
 from bsm_mesh.results.stress import principal_stresses
+from bsm_mesh.results.zones import ZoneResult
 from bsm_mesh.text.tables import engineering
 
 
 def draw_zone_sigma_1(sheet: Sheet) -> str | None:
     """Draw the zones by their most compressive principal stress."""
-    return _draw(sheet, 0, "sigma_1", "most compressive principal stress")
+    return _draw_stress(sheet, 0, "sigma_1", "most compressive principal stress")
 
 
 def draw_zone_sigma_3(sheet: Sheet) -> str | None:
     """Draw the zones by their least compressive principal stress."""
-    return _draw(sheet, 1, "sigma_3", "least compressive principal stress")
+    return _draw_stress(sheet, 1, "sigma_3", "least compressive principal stress")
 
 
-def _draw(sheet: Sheet, which: int, name: str, words: str) -> str | None:
-    scene = sheet.scene
-    zones = scene.stage.zones
+def draw_zone_yielding(sheet: Sheet) -> str | None:
+    """Draw the zones that yielded by their plastic shear strain."""
+    zones = sheet.scene.stage.zones
+    if zones is None or not zones.yielded.any():
+        return None
+    chosen = np.flatnonzero(np.isin(zones.block, sheet.scene.shown) & (zones.yielded > 0))
+    strain = zones.plastic_strain[chosen]
+    remark, gone = _draw(sheet, zones, chosen, strain, "plastic shear strain")
+    return f"plastic shear strain of {len(chosen)} zones that yielded, up to {strain.max():.3g}{remark}{gone}"
+
+
+def _draw_stress(sheet: Sheet, which: int, name: str, words: str) -> str | None:
+    zones = sheet.scene.stage.zones
     if zones is None or not zones.stress.any():
         return None
-    sigma = principal_stresses(zones.stress)[which]
+    chosen = np.flatnonzero(np.isin(zones.block, sheet.scene.shown))
+    sigma = principal_stresses(zones.stress)[which][chosen]
+    values, unit = scaled(sigma, "Pa")
+    remark, gone = _draw(sheet, zones, chosen, values, f"{name}, {unit} (compression negative)")
+    span = f"{engineering(float(sigma.min()), 'Pa')} to {engineering(float(sigma.max()), 'Pa')}"
+    return f"{words} in {len(chosen)} zones, {span}{remark}{gone}"
+
+
+def _draw(sheet: Sheet, zones: ZoneResult, chosen: IntArray, values: FloatArray, label: str) -> tuple[str, str]:
+    """Draw some zones by a value, (k,) each, and return remarks on its scale and on blocks that are gone."""
     add_paper(sheet)
-    chosen = np.flatnonzero(np.isin(zones.block, scene.shown))
-    values, unit = scaled(sigma[chosen], "Pa")
     (low, high), remark = limits(values)
-    drawn = sheet.polygons(
-        list(zones.points[zones.cells[chosen, :3]]), array=values, cmap="cividis", edgecolors="face", linewidths=0.1
-    )
+    corners = list(zones.points[zones.cells[chosen, :3]])
+    drawn = sheet.polygons(corners, array=values, cmap="cividis", edgecolors="face", linewidths=0.1)
     drawn.set_clim(low, high)
-    sheet.scale(drawn, f"{name}, {unit} (compression negative)")
+    sheet.scale(drawn, label)
     add_joints(sheet)
     add_outline(sheet)
-    span = f"{engineering(float(sigma[chosen].min()), 'Pa')} to {engineering(float(sigma[chosen].max()), 'Pa')}"
-    return f"{words} in {len(chosen)} zones, {span}{remark}{add_gone(sheet)}"
+    return remark, add_gone(sheet)

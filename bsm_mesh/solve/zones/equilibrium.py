@@ -1,6 +1,6 @@
 """Equilibrium of the continuum and its joints: Newton's method with the consistent tangent.
 
-Where many points of joints slip or part at once Newton is helped in four ways:
+Where many points of joints slip or part at once Newton is helped in five ways:
 
 * A correction is shortened until the residual is less than the greatest of the last few, not of the last: a point that
   goes from stick to slip to open and back may have to pass through a greater one (Grippo et al. 1986).
@@ -8,6 +8,7 @@ Where many points of joints slip or part at once Newton is helped in four ways:
   carries it metres away.
 * A part of the joints' elastic stiffness is added to the tangent while corrections have to be shortened; the residual
   stays exact.
+* Where rock yields, so is a part of its own elastic stiffness, up to all of it.
 * If that leads nowhere, friction is frozen at the pressures reached, the convex problem that this leaves is solved, and
   Newton continues.
 
@@ -49,6 +50,7 @@ RECENT = 3  # residuals below the greatest of which it has to fall
 FARTHEST = 0.01  # of a block's size: by how much a correction may open or shear joints, as small displacements hold
 FIRST_REGULARIZATION = 1e-4  # of the joints' elastic stiffness
 MAX_REGULARIZATION = 0.1  # of the same: with more a correction hardly moves anything
+MOST_ELASTIC = 1.0  # of the rock's elastic stiffness, where it yields: then tangents are as stiff as elastic rock
 FROZEN_REGULARIZATION = 1e-5  # of the same, where friction is frozen
 
 
@@ -258,7 +260,7 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
             recent.append(at.norm)
             continue
         regularization = max(10 * regularization, FIRST_REGULARIZATION)
-        if regularization > MAX_REGULARIZATION:
+        if regularization > (MAX_REGULARIZATION if equations.plastic is None else MOST_ELASTIC):
             if frozen == MAX_FROZEN or at.state is None:
                 break
             frozen, regularization = frozen + 1, 0.0

@@ -1,9 +1,9 @@
 """Mohr-Coulomb rock with a tension cut-off: return to the yield surface in principal stresses, and its tangent.
 
-With principal stresses s1 >= s2 >= s3, tension positive, and N = (1 + sin phi) / (1 - sin phi), rock yields where
-``N s1 - s3 = 2 c sqrt(N)`` (shear) or ``s1 = T`` (tension). In principal stresses both are planes: on every plane, edge
-and corner the return is a linear map of the trial stress, and so is its derivative. Plastic strain follows the dilation
-angle in shear (N_psi in the place of N) and the normal of the plane in tension.
+Principal stresses are s1 >= s2 >= s3, tension positive, and N = (1 + sin phi) / (1 - sin phi). Rock yields where
+``N s1 - s3 = 2 c sqrt(N)`` (shear) or ``s1 = T`` (tension). Both are planes. On every plane, edge and corner the return
+is a linear map of the trial stress, and so is its derivative. Plastic strain follows the dilation angle in shear (N_psi
+in the place of N) and the normal of the plane in tension.
 
 References
 ----------
@@ -22,7 +22,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 
-WITHIN = 1e-10  # of the stresses: excess over a yield plane that is rounding
+WITHIN = 1e-10  # of the stresses: distance from a yield plane that is rounding
 ROUND = 1e-9  # of the stresses: radius of a circle of Mohr below which its direction is none
 SETS = ((0,), (3,), (0, 1), (0, 2), (0, 3), (3, 4), (0, 3, 4), (0, 2, 3), (3, 4, 5))  # of planes of `Yielding.planes`
 
@@ -53,7 +53,7 @@ class Return(NamedTuple):
 
 
 class _Map(NamedTuple):
-    """The return to some planes: ``stress = matrix @ trial + shift``, multipliers ``factor @ (planes @ trial - bound)``."""
+    """The return to some planes: ``matrix @ trial + shift``; multipliers ``factor @ (planes @ trial - bound)``."""
 
     matrix: FloatArray
     shift: FloatArray
@@ -109,7 +109,7 @@ class Yielding:
         found = []
         for chosen in map(list, SETS):
             a, b = normals[chosen], self.elasticity @ flows[chosen].T
-            factor = np.linalg.inv(a @ b)
+            factor: FloatArray = np.linalg.inv(a @ b).astype(np.float64)
             matrix = np.eye(3) - b @ factor @ a
             if len(chosen) == 3:
                 matrix = np.zeros((3, 3))
@@ -139,11 +139,10 @@ class Yielding:
         scale = np.maximum(np.abs(trial).max(axis=1, initial=0.0), np.abs(bounds[np.isfinite(bounds)]).max(initial=0.0))
 
         def excess(stress: FloatArray) -> FloatArray:
-            unordered = np.maximum(stress[:, 1] - stress[:, 0], stress[:, 2] - stress[:, 1])
-            most: FloatArray = np.maximum((stress @ normals.T - bounds).max(axis=1), unordered)
+            most: FloatArray = (stress @ normals.T - bounds).max(axis=1)
             return most
 
-        rows = np.flatnonzero(excess(trial) > WITHIN * scale)
+        rows = np.flatnonzero(excess(trial) > -WITHIN * scale)  # on the surface too: there the next stress yields
         number, stress = np.zeros(len(trial), dtype=np.int64), trial.copy()
         given, scale = trial[rows], scale[rows]
         chosen, best = np.zeros(len(rows), dtype=np.int64), given.copy()
@@ -152,7 +151,7 @@ class Yielding:
         for which, one in enumerate(self.maps, 1):
             to = given @ one.matrix.T + one.shift
             multipliers = (given @ one.planes.T - one.bound) @ one.factor.T
-            allowed = excess(to) <= slack
+            allowed = (excess(to) <= slack) & (to[:, 1] - to[:, 0] <= slack) & (to[:, 2] - to[:, 1] <= slack)
             flows = allowed & (multipliers >= -slack[:, None] / self.shear).all(axis=1)
             moved = given - to  # of what is allowed but flows nowhere the nearest, in energy
             energy = np.einsum("ni,ni->n", moved, np.linalg.solve(self.elasticity, moved.T).T)

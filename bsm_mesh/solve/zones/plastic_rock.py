@@ -1,8 +1,8 @@
 """Rock that yields at the integration points of its cells.
 
-At a displacement the stress would be, with what yielding relieved it of before, the elastic one: the trial stress.
-Where that is beyond the yield surface it is returned there, and what the return takes is relieved too. So the internal
-forces are those of elastic rock less those of the relief.
+The trial stress is the elastic one less the relief: the stress that yielding took before. Beyond the yield surface it
+returns there, and the difference adds to the relief. So internal forces are those of elastic rock less those of the
+relief.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ class PlasticRock:
     initial : (c, i, 4) float64 [Pa]
         Effective stress without strain: xx, yy, xy, zz.
     without_strain : (c, nodes, 2) float64 [m]
-        Displacements at which rock has no strain: where it was put back.
+        Displacements without strain: rock may have been put back.
     relief : (c, i, 4) float64 [Pa]
-        What yielding relieved the stress of so far.
+        Stress that yielding took so far.
     """
 
     of: PlasticCells
@@ -136,7 +136,7 @@ class PlasticRock:
         for rows, strength, found in state.returns:
             chosen = np.flatnonzero(state.yields[rows].any(axis=1))
             points = (chosen[:, None] * self.of.points + np.arange(self.of.points)).ravel()
-            tangent = strength.tangent(found, points).reshape(len(chosen), -1, 3, 3)
+            tangent = strength.tangent(found, points).reshape(len(chosen), self.of.points, 3, 3)
             change = tangent - self.of.stiffness[rows[chosen]][:, None]
             changes.append(change * state.yields[rows[chosen]][:, :, None, None])
             cells.append(rows[chosen])
@@ -167,7 +167,7 @@ class PlasticState:
     Attributes
     ----------
     relief : (c, i, 4) float64 [Pa]
-        What yielding relieved the stress of.
+        Stress that yielding took so far.
     yields : (c, i) bool
         Points on the yield surface.
     returns : tuple of (rows, strength, return)

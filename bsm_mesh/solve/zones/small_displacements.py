@@ -17,8 +17,9 @@ MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new cont
 def moved_far(model: Model, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:
     """Return which block moved how far where small displacements do not hold; empty where they do.
 
-    Movements common to all blocks do not count, and neither do strains of one piece of rock that yields. A block moves far that turns by more than `most`, or whose faces move
-    against those of a neighbour by more than that part of its size.
+    Movements common to all blocks do not count, and neither do strains of one piece of rock that yields. A block moves
+    far that turns by more than `most`, or whose faces move against those of a neighbour by more than that part of its
+    size.
 
     Parameters
     ----------

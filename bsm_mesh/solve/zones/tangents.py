@@ -88,7 +88,7 @@ class Tangents:
 
 
 class _Pattern(NamedTuple):
-    """Where columns start and in which rows they have values; the rock's; of each product its point and its place; all places."""
+    """Where columns start and their rows; the rock's values; of each product its point and its place; all places."""
 
     indices: IntArray
     starts: IntArray

@@ -1,0 +1,126 @@
+"""Zones that yield: the return to the yield surface, its tangent, Salencon's hole, Prandtl's strip footing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.zones.mohr_coulomb import SETS, Yielding
+from tests.scenes.plastic_zones import Hole, footing
+
+TANGENT = 1e-8  # of the stiffness: differences over strains of 1e-8, of stresses of 1e7 Pa
+LAME, SHEAR = 2e9, 2.8e9
+ROCKS = {
+    "associated": Yielding(LAME, SHEAR, 3.45e6, 30, 30, 1e6),
+    "dilation 10": Yielding(LAME, SHEAR, 3.45e6, 30, 10, 1e6),
+    "dilation 0, whole cone": Yielding(LAME, SHEAR, 3.45e6, 30, 0, 1e9),
+    "clay": Yielding(LAME, SHEAR, 3.45e6, 0, 0, 0.0),
+    "sand": Yielding(LAME, SHEAR, 0.0, 35, 5, 0.0),
+}
+
+
+def trials(count=2000):
+    rng = np.random.default_rng(1773)
+    return np.concatenate([rng.normal(-5e6, 8e6, (count, 4)), rng.normal(-1e6, 2e7, (count, 4))])
+
+
+@pytest.mark.parametrize("name", ROCKS)
+def test_stresses_return_to_the_yield_surface(name):
+    """And on every plane, edge and corner of it some of them do."""
+    rock, trial = ROCKS[name], trials()
+    found = rock.returned(trial)
+    planes, bounds, _ = rock.planes
+    in_order = -np.sort(-found.principal, axis=1)
+    assert (in_order @ planes.T - bounds).max() < 1e-7 * 2e7
+    elastic = found.set == 0
+    assert_allclose(found.stress[elastic], trial[elastic])
+    again = rock.returned(found.stress)
+    assert_allclose(again.stress, found.stress, atol=1e-6 * 2e7)
+    if name == "associated":
+        assert set(found.set) == set(range(len(SETS) + 1))
+
+
+def test_the_associated_return_is_the_nearest_stress():
+    """By the energy of the difference: no admissible stress lies on the trial's side of the plane through it."""
+    rock, trial = ROCKS["associated"], trials(300)
+    found = rock.returned(trial).stress
+    others = rock.returned(trials(40) * 1.3).stress
+    tensors = [
+        np.stack([s[:, 0], s[:, 2], 0 * s[:, 0], s[:, 2], s[:, 1], 0 * s[:, 0], 0 * s[:, 0], 0 * s[:, 0], s[:, 3]], 1)
+        for s in (trial - found, found, others)
+    ]
+    taken, ours, theirs = tensors
+    bulk = LAME + 2 * SHEAR / 3
+    mean = (taken[:, 0] + taken[:, 4] + taken[:, 8]) / 3
+    strain = (taken - mean[:, None] * np.eye(3).ravel()) / (2 * SHEAR) + mean[:, None] / (3 * bulk) * np.eye(3).ravel()
+    work = np.einsum("ni,nmi->nm", strain, theirs[None] - ours[:, None])
+    assert work.max() < 1e-6 * np.abs(work).max()
+
+
+@pytest.mark.parametrize("name", ROCKS)
+def test_the_tangent_is_the_derivative(name):
+    rock, trial, step = ROCKS[name], trials(), 1e-8
+    elastic = np.array([(LAME + 2 * SHEAR, LAME, 0), (LAME, LAME + 2 * SHEAR, 0), (0, 0, SHEAR), (LAME, LAME, 0)])
+    found = rock.returned(trial)
+    tangent = rock.tangent(found, np.arange(len(trial)))
+    same = np.ones(len(trial), dtype=bool)
+    differences = np.zeros_like(tangent)
+    for k in range(3):
+        ends = [rock.returned(trial + sign * step * elastic[:, k]) for sign in (1, -1)]
+        differences[:, :, k] = (ends[0].stress - ends[1].stress)[:, :3] / (2 * step)
+        for end in ends:
+            same &= (end.set == found.set) & (end.order == found.order).all(axis=1)
+    assert same.mean() > 0.9
+    assert_allclose(tangent[same], differences[same], atol=TANGENT * (LAME + 2 * SHEAR))
+
+
+@pytest.mark.heavy
+def test_salencons_hole():
+    """Stresses within .5 % up to three radii, and the plastic radius within .5 %."""
+    hole = Hole()
+    results = bsm.run(hole.model(24, 12))
+    assert results.status == "stable"
+    assert results.check().ok
+    stress, radius, by_area = hole.errors(results.stages[-1].zones)
+    assert stress < 5e-3
+    assert abs(radius) < 5e-3
+    assert abs(by_area) < 0.02  # a zone there is .1 of it long
+
+
+@pytest.mark.heavy
+def test_strip_footing():
+    """Clay carries (2 + pi) c within 1 %, at full strength and at a part of it."""
+    results = bsm.run(footing([0.7, 0.95, 0.99, 1.01]))
+    assert [stage.status.value for stage in results.stages] == ["stable", "stable", "stable", "not_converged"]
+    assert bsm.run(footing([0.7, 0.79], strength=0.808)).status == "stable"
+    assert bsm.run(footing([0.7, 0.79], strength=0.782)).status == "not_converged"
+
+
+def test_rock_that_is_put_back_is_without_plastic_strain():
+    model = Hole().model(6, 3)
+    core = list(model.stages[0].excavate)
+    results = bsm.run(model.replace(stages=[*model.stages, bsm.Stage(name="fill", fill=core)]))
+    assert results.status == "stable"
+    dug, filled = (stage.zones for stage in results.stages[-2:])
+    assert dug.yielded.max() == 1.0
+    assert not filled.yielded[np.isin(filled.block, core)].any()
+    assert_allclose(filled.plastic_strain[~np.isin(filled.block, core)], dug.plastic_strain, rtol=1e-6)
+
+
+REFUSED = [
+    (lambda rock: replace(rock, cohesion=None, friction=None, tensile_strength=None), "yield by the rock's strength"),
+    (lambda rock: replace(rock, residual_friction=20.0), "keep their strength"),
+    (lambda rock: replace(rock, zones=replace(rock.zones, dilation=40.0)), "create energy"),
+    (lambda rock: replace(rock, zones=bsm.Zones(dilation=10.0)), "is of rock that yields"),
+    (lambda rock: replace(rock, zones=bsm.Zones(law="hooke")), "law"),
+]
+
+
+@pytest.mark.parametrize(("make", "words"), REFUSED)
+def test_what_yielding_does_not_know_is_refused(make, words):
+    with pytest.raises(bsm.ModelError, match=words):
+        make(Hole().model(2, 2).rocks[0])
