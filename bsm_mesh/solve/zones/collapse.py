@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
@@ -24,7 +24,6 @@ from bsm_mesh.solve.zones.stages import Continuum
 from bsm_mesh.solve.zones.system import refuse_loose
 
 Prover = Callable[[Model, IntArray], Proof]
-NAMED = 0.25  # of the largest movement: blocks that moved further are named, as among rigid blocks
 PROVED = "no equilibrium was found in the zones, and none exists: no forces within strength balance the loads"
 
 
@@ -63,22 +62,23 @@ def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, pr
         return stage
     if end.model.bolts and number:
         return replace(stage, proof=LATER_BOLTS)
-    part, gyration = _submodel(of, end, stage), of.model.blocks.moments.gyration
-    down = stage.unstable_blocks if stage.unstable_blocks.size else _fastest(stage.displacement, gyration)
+    part, down = _submodel(of, end, stage), stage.unstable_blocks
+    if not down.size:
+        down = np.array([distances(stage.displacement).argmax()])
     proof = prove(part.model, np.searchsorted(part.block, down).astype(np.int32))
     if proof.witness is None:
         return replace(stage, proof=proof) if stage.status is Status.UNSTABLE else stage
     witness = proof.witness.in_whole(part)
     if stage.status is not Status.UNSTABLE:
-        named = _fastest(witness.velocity, gyration)
+        named = _moving(witness.velocity, of.model.blocks.moments.gyration)
         stage = replace(stage, status=Status.UNSTABLE, reason=PROVED, unstable_blocks=named)
     return replace(stage, proof=replace(proof, witness=witness))
 
 
-def _fastest(movement: FloatArray, gyration: FloatArray) -> IntArray:
-    """Return the blocks that move by more than `NAMED` of the largest movement (n, 3), (k,)."""
-    moves = np.maximum(distances(movement), gyration * angles(movement))
-    named: IntArray = np.flatnonzero(moves > NAMED * moves.max(initial=0.0)).astype(np.int32)
+def _moving(velocity: FloatArray, gyration: FloatArray) -> IntArray:
+    """Return the blocks that move in a mechanism, (k,): in its velocities (n, 3), of 1 at most, more than rounding."""
+    moves = np.maximum(distances(velocity), gyration * angles(velocity))
+    named: IntArray = np.flatnonzero(moves > ROUNDING**0.5).astype(np.int32)
     return named
 
 

@@ -50,7 +50,6 @@ RECENT = 3  # residuals below the greatest of which it has to fall
 FARTHEST = 0.01  # of a block's size: by how much a correction may open or shear joints, as small displacements hold
 FIRST_REGULARIZATION = 1e-4  # of the joints' elastic stiffness
 MAX_REGULARIZATION = 0.1  # of the same: with more a correction hardly moves anything
-MOST_ELASTIC = 1.0  # of the rock's elastic stiffness, where it yields: then tangents are as stiff as elastic rock
 FROZEN_REGULARIZATION = 1e-5  # of the same, where friction is frozen
 
 
@@ -260,7 +259,7 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
             recent.append(at.norm)
             continue
         regularization = max(10 * regularization, FIRST_REGULARIZATION)
-        if regularization > (MAX_REGULARIZATION if equations.plastic is None else MOST_ELASTIC):
+        if regularization > (MAX_REGULARIZATION if equations.plastic is None else 1):  # 1: as stiff as elastic rock
             if frozen == MAX_FROZEN or at.state is None:
                 break
             frozen, regularization = frozen + 1, 0.0

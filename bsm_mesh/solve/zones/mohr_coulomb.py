@@ -20,10 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 
-WITHIN = 1e-10  # of the stresses: distance from a yield plane that is rounding
-ROUND = 1e-9  # of the stresses: radius of a circle of Mohr below which its direction is none
 SETS = ((0,), (3,), (0, 1), (0, 2), (0, 3), (3, 4), (0, 3, 4), (0, 2, 3), (3, 4, 5))  # of planes of `Yielding.planes`
 
 
@@ -142,12 +140,12 @@ class Yielding:
             most: FloatArray = (stress @ normals.T - bounds).max(axis=1)
             return most
 
-        rows = np.flatnonzero(excess(trial) > -WITHIN * scale)  # on the surface too: there the next stress yields
+        rows = np.flatnonzero(excess(trial) > -ROUNDING * scale)  # on the surface too: there the next stress yields
         number, stress = np.zeros(len(trial), dtype=np.int64), trial.copy()
         given, scale = trial[rows], scale[rows]
         chosen, best = np.zeros(len(rows), dtype=np.int64), given.copy()
         least = np.full(len(rows), inf)
-        slack = 1e3 * WITHIN * scale * abs(normals).max()
+        slack = ROUNDING * scale * abs(normals).max()
         for which, one in enumerate(self.maps, 1):
             to = given @ one.matrix.T + one.shift
             multipliers = (given @ one.planes.T - one.bound) @ one.factor.T
@@ -175,7 +173,7 @@ class Yielding:
         local[:, :2, :2] = (own @ elastic)[:, :2]
         a, b, _ = found.principal[rows].T
         radius = found.radius[rows]
-        wide = radius > ROUND * np.abs(found.principal[rows]).max(axis=1, initial=0.0)
+        wide = radius > ROUNDING * np.abs(found.principal[rows]).max(axis=1, initial=0.0)
         along = (own[:, 0, 0] - own[:, 0, 1] - own[:, 1, 0] + own[:, 1, 1]) / 2
         local[:, 2, 2] = G * np.where(wide, (a - b) / (2 * np.where(wide, radius, 1.0)), along)
         c, s = np.cos(found.angle[rows] / 2), np.sin(found.angle[rows] / 2)

@@ -13,12 +13,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.mohr_coulomb import Return, Yielding
 from bsm_mesh.solve.zones.rock_faces import rocks_of
-
-YIELDED = 1e-9  # of the stiffness: a relief of more by it is plastic strain
 
 
 class PlasticCells:
@@ -149,7 +147,7 @@ class PlasticRock:
         middle, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
         principal = np.stack([middle + radius, middle - radius, zz])
         strain = (principal.max(axis=0) - principal.min(axis=0)) / (2 * of.stiffness[:, 2, 2, None])
-        yielded = np.abs(self.relief).max(axis=2) > YIELDED * of.stiffness[:, 0, 0, None]
+        yielded = np.abs(self.relief).max(axis=2) > ROUNDING * of.stiffness[:, 0, 0, None]
         found = np.zeros((2, count))
         for row, values in zip(found, (yielded, strain), strict=True):
             row[of.cells] = (values * of.weight).sum(axis=1) / of.weight.sum(axis=1)

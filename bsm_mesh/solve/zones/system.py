@@ -10,13 +10,12 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, place, raise_faults
 from bsm_mesh.solve.zones.supports import HeldDisplacements, nodal_unknowns
 
 SOLVED = 1e-6  # of the displacements: a larger misfit of the supports means that they contradict each other
 RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one is a motion that nothing holds
-DRIVEN = 1e-9  # of the sum of forces on a part: more work of them on a motion, of 1 at most, is no rounding
 PIVOT = 0.01  # of a column's greatest entry; friction makes a matrix unsymmetric, but rarely less than definite
 HINGED = "parts that touch at a single point are hinged there; hold them, or remove them"
 
@@ -219,7 +218,7 @@ def loose_parts(
         own = part_of_dof == p
         free = axes[p][:, strength[p] <= RANK * max(strength[p, 2], 1e-300)]
         work = np.abs(residual[own] @ motions[own] @ free).max()
-        driven = bool(work > DRIVEN * np.abs(residual[own]).sum())
+        driven = bool(work > ROUNDING * np.abs(residual[own]).sum())
         found.append(LoosePart(cells[part_of_dof[together[0]] == p], where[part == p].mean(axis=0), driven))
     return found
 
