@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -29,14 +29,13 @@ from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
 
-if TYPE_CHECKING:
-    pass
-
 SEVERAL_TIMES = 5
 
 
-def save_results(results: Results, folder: Path, given: Given | None = None, *, form: OutputForm = USUAL) -> Path:
+def save_results(results: Results, folder: Path, *, form: OutputForm = USUAL) -> Path:
     """Write all files of a run into `folder`, made if need be, in place of the former results.
+
+    The model is written as ``model.toml`` with its blocks as ``mesh.vtu``.
 
     Parameters
     ----------
@@ -44,9 +43,6 @@ def save_results(results: Results, folder: Path, given: Given | None = None, *, 
         The result.
     folder : Path
         Where to.
-    given : mapping of str to callable, optional
-        Files that say what was run: their names, and what writes each. By default the model as ``model.toml`` with its
-        blocks as ``mesh.vtu``.
     form : OutputForm
         Which tables are written too, and how VTU files are compressed.
 
@@ -60,9 +56,7 @@ def save_results(results: Results, folder: Path, given: Given | None = None, *, 
     ModelError
         If the folder cannot be written to, or holds what bsm-mesh did not write.
     """
-    if given is None:
-        given = _what_was_run(results)
-    with RunWriter(folder, given, form=form) as writer:
+    with RunWriter(folder, _what_was_run(results), form=form) as writer:
         return writer.finish(results)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +17,6 @@ from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
 from bsm_mesh.model.quantities import MERGE_TOLERANCE as MERGING
 from bsm_mesh.model.values import Rules, parts_of
-
-if TYPE_CHECKING:
-    pass
 
 MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
 

@@ -26,12 +26,12 @@ def heading(told: Mapping[str, Any], state: str = "") -> str:
     return f"{told['title'] or 'bsm-mesh'}: {at}{state or verdict.replace('_', ' ')}{near}{rest}"
 
 
-def stage_heading(results: Results, number: int, state: str = "") -> str:
-    """Return the model's title with a stage, where there are several, and a state, by default the stage's verdict."""
+def stage_heading(results: Results, number: int) -> str:
+    """Return the model's title with a stage, where there are several, and its verdict."""
     stage = results.stages[number]
     at = f"{named_stage(stage.name)}, " if len(results.stages) > 1 or not results.finished else ""
     rest = "" if results.finished else ", of an unfinished run"
-    return f"{results.title or 'bsm-mesh'}: {at}{state or verdict_in_words(results.blocks, stage)}{rest}"
+    return f"{results.title or 'bsm-mesh'}: {at}{verdict_in_words(results.blocks, stage)}{rest}"
 
 
 def stage_number(results: Results, stage: int | str) -> int:

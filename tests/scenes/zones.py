@@ -8,19 +8,11 @@ import numpy as np
 
 import bsm_mesh as bsm
 from tests.scenes.kirsch import error_near, model_of, plate
+from tests.scenes.shapes import rectangle, turned
 
 E, NU = 50e9, 0.25
 SHEAR = np.array([(0.0, 1e6), (1e6, 0.0)])
 UNIAXIAL = np.array([(0.0, 0.0), (0.0, -1e6)])
-
-
-def rectangle(x0, y0, x1, y1):
-    return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], dtype=float)
-
-
-def turned(points, degrees):
-    c, s = cos(radians(degrees)), sin(radians(degrees))
-    return np.asarray(points) @ np.array([(c, s), (-s, c)])
 
 
 def rock(name="rock", *, size=None, order=2, young=E, poisson=NU, **given):

@@ -8,15 +8,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
+from tests.scenes.polyhedra import BOX_FACES, box
 
-BOX_FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 ROUNDING = 1e-12  # of volumes and moments of bodies some metres large
-
-
-def box(low, high):
-    (x, y, z), (X, Y, Z) = low, high
-    corners = [(x, y, z), (X, y, z), (X, Y, z), (x, Y, z), (x, y, Z), (X, y, Z), (X, Y, Z), (x, Y, Z)]
-    return np.array(corners, dtype=float), BOX_FACES
 
 
 def rotation(seed):

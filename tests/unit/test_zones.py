@@ -17,16 +17,13 @@ from bsm_mesh.model.zones import Zones
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.solve.zones.zone_mesh import zone_mesh
+from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import MODEL, ROCK
 
 GNEISS = bsm.Rock("gneiss", unit_weight=26e3, young=1e9, poisson=0.2, zones=bsm.Zones(size=0.4))
 RIGID = bsm.Rock("rigid", unit_weight=26e3)
 JOINT = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))
 WATER = bsm.Water(table=[(0, 1.4), (3, 1.7)])
-
-
-def rectangle(x0, y0, x1, y1):
-    return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
 
 def wall(rocks=(GNEISS, RIGID), names=("gneiss", "rigid", "rigid", "gneiss"), **given):

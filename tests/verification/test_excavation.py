@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import bsm_mesh as bsm
 from bsm_mesh.results.check import block_residuals
 from tests.scenes.models import LINEAR, framed
-from tests.scenes.shapes import gmsh_triangles, grid, running_bond, voronoi
+from tests.scenes.shapes import gmsh_triangles, grid, rectangle, running_bond, voronoi
 
 EXACT_STRESS = 1e-9
 EXACT_RESIDUAL = 1e-10  # of a block's weight
@@ -47,12 +47,14 @@ def ground(kind="quads", k0=0.5, stages=(), method="direct", **more):
     )
 
 
-def box(x0, y0, x1, y1):
-    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-
-
-OPENING = box(4, 3, 8, 6)
-PIECES = [box(4, 3, 5, 6), box(5, 3, 6, 6), box(6, 3, 7, 6), box(7, 3, 8, 5), box(7, 5, 8, 6)]
+OPENING = rectangle(4, 3, 8, 6)
+PIECES = [
+    rectangle(4, 3, 5, 6),
+    rectangle(5, 3, 6, 6),
+    rectangle(6, 3, 7, 6),
+    rectangle(7, 3, 8, 5),
+    rectangle(7, 5, 8, 6),
+]
 AT_ONCE = [bsm.Stage(name="all", excavate=[OPENING])]
 IN_FIVE = [bsm.Stage(name=f"piece {k}", excavate=[piece]) for k, piece in enumerate(PIECES)]
 
@@ -89,7 +91,7 @@ def test_residuals_are_relative_to_what_contacts_carry_at_the_start_where_that_i
 
 def test_rest_in_stressed_rock_is_told_by_the_reference_weight():
     joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=bsm.MohrCoulomb(friction=35.0))
-    stages = [bsm.Stage(name="adit", excavate=[box(5, 4, 7, 6)])]
+    stages = [bsm.Stage(name="adit", excavate=[rectangle(5, 4, 7, 6)])]
     results = bsm.run(ground("voronoi", k0=1.0, stages=stages, joints=[joint], default_joint="J"), CONTINUATION)
     stage = results.stages[-1]
     assert stage.status == "stable"
@@ -254,7 +256,7 @@ def test_with_slip_the_order_matters(friction, matters):
     """High horizontal stress makes joints slip around the first of two openings; without slip the order is nothing."""
     law = bsm.MohrCoulomb(friction=friction)
     joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=law)
-    left, right = box(3, 4, 5, 6), box(5, 4, 7, 6)
+    left, right = rectangle(3, 4, 5, 6), rectangle(5, 4, 7, 6)
 
     def dug(*order):
         stages = [bsm.Stage(name=f"{k}", excavate=[part]) for k, part in enumerate(order)]
@@ -275,9 +277,9 @@ def test_the_stage_that_fails_is_the_answer():
     """
     joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=bsm.MohrCoulomb(friction=20.0))
     stages = [
-        bsm.Stage(name="pilot", excavate=[box(3.9, 4, 6.1, 6)]),
-        bsm.Stage(name="full", excavate=[box(5.9, 4, 8.1, 6)]),
-        bsm.Stage(name="never", excavate=[box(8.1, 4, 10.1, 6)]),
+        bsm.Stage(name="pilot", excavate=[rectangle(3.9, 4, 6.1, 6)]),
+        bsm.Stage(name="full", excavate=[rectangle(5.9, 4, 8.1, 6)]),
+        bsm.Stage(name="never", excavate=[rectangle(8.1, 4, 10.1, 6)]),
     ]
     results = bsm.run(ground("bricks", k0=0.2, stages=stages, joints=[joint], default_joint="J"), CONTINUATION)
     assert [stage.name for stage in results.stages] == ["initial", "pilot", "full"]
