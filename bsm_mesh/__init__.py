@@ -152,7 +152,7 @@ def study(
     path : path
         The study file.
     output : path, optional
-        Folder for table, summary and pictures; by default ``out/NAME`` beside the file NAME.toml. Runs that are
+        Folder for table, summary and pictures; by default ``out/NAME`` next to the file NAME.toml. Runs that are
         finished there are not done again.
     processes : int, optional
         How many runs at a time; by default as many as there are cores.

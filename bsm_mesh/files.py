@@ -39,7 +39,7 @@ def tell(operation: str, *paths: Path) -> None:
 
 @contextmanager
 def whole_file(path: Path, *, parents: bool = False, settled: bool = False) -> Iterator[Path]:
-    """Give a draft beside `path`, of the same ending, to write to; it is renamed when the block ends.
+    """Give a draft next to `path`, of the same ending, to write to; it is renamed when the block ends.
 
     If the block raises, the draft is removed and what was there stays. Drafts of `path` that a killed process left
     are removed.

@@ -33,7 +33,7 @@ def read_beside(path: Path, history: str | None = None, source: str | None = Non
 
     Columns are ``history`` (not needed where it is known), ``stage`` (name or number; empty: the last), ``distance``
     (of lines), ``source`` (by default the file's name), ``note`` (not read), and the quantities of `Beside`:
-    ``v [mm]``; with ``v_until [mm]`` beside it a row has a range. Numbers without a unit are in m, N, degrees, shares.
+    ``v [mm]``; with ``v_until [mm]`` as well a row has a range. Numbers without a unit are in m, N, degrees, shares.
 
     Parameters
     ----------

@@ -183,7 +183,7 @@ def _import_module(name: str) -> Any:
 
 
 def _load_script(path: Path) -> Case:
-    """Run a user's script and return its case; a script beside it can be imported."""
+    """Run a user's script and return its case; a script next to it can be imported."""
     refuse_special(path)
     if not path.is_file():
         known = [entry.name for entry in path.parent.glob("*.py")]

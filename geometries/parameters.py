@@ -116,7 +116,7 @@ class ParameterChecks(Checks):
     build : callable
         The case's ``build``; its module's name is the first word of each fault.
     unknown : mapping of str to object
-        What it was given beside its own parameters; for each there is a fault, with the nearest one that it has.
+        Given names that are not its parameters; for each there is a fault, with the nearest one that it has.
     """
 
     def __init__(self, build: Callable[..., object], unknown: Mapping[str, object]) -> None:

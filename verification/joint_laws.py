@@ -12,7 +12,7 @@ from bsm_mesh.joint_test import closure_test, direct_shear_test
 from examples.numbers import joint_laws as bench
 from verification.case import Answer, Case
 
-PAGE = "joint_laws.md#beside-the-formulas"
+PAGE = "joint_laws.md#comparison-with-the-formulas"
 SOURCES = {"Barton-Bandis": "barton", "Ladanyi-Archambault": "ladanyi", "Mohr-Coulomb, softening": "coulomb"}
 
 

@@ -266,7 +266,7 @@ def key_blocks(model: Path, output: Path | None, picture: bool, proof: bool, as_
 @click.option("--friction", type=float, required=True, help="Friction angle of the joints [degrees].")
 @click.option("--lateral-limit", type=float, default=20.0, show_default=True, help="Planar sliding, direct toppling.")
 @click.option("--toppling-limit", type=float, default=30.0, show_default=True, help="Flexural toppling.")
-@click.option("-o", "--output", type=PATH, help="Folder for the files; out/NAME beside NAME.csv by default.")
+@click.option("-o", "--output", type=PATH, help="Folder for the files; out/NAME next to NAME.csv by default.")
 @click.option("--picture/--no-picture", default=True, help="Draw kinematics.png.")
 @json_option
 def kinematics(table: Path, output: Path | None, as_json: bool, picture: bool, **asked: Any) -> None:

@@ -78,7 +78,7 @@ def compare(
     quiet: bool,
     no_scripts: bool,
 ) -> None:
-    """Compare MODEL with a continuum (scikit-fem), stage by stage, or results of another program beside its stages.
+    """Compare MODEL with a continuum (scikit-fem), stage by stage, or its stages with results of another program.
 
     Same mesh, loads, stress, water and joints. Says of every stage whether it is comparable, with interfaces at the
     joints, or not comparable and why; then how far both differ, in a sentence, a table and a VTU file.

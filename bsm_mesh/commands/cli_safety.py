@@ -167,7 +167,7 @@ def back_analysis(model: Path, as_json: bool, quiet: bool, no_scripts: bool, **a
 
 @click.command()
 @click.argument("study", type=PATH)
-@click.option("-o", "--output", type=PATH, help="Folder for the study; out/NAME beside NAME.toml by default.")
+@click.option("-o", "--output", type=PATH, help="Folder for the study; out/NAME next to NAME.toml by default.")
 @click.option("--processes", type=click.IntRange(1), metavar="N", help="Runs at a time; as many as cores by default.")
 @click.option("--scheduler", metavar="ADDRESS", help="Have a Dask cluster do the runs instead.")
 @json_option

@@ -45,7 +45,7 @@ def compare_with_files(
     quiet: bool,
     scripts: bool = True,
 ) -> int:
-    """Solve a model as blocks and set another program's results beside its stages; print and write as `compare_model`.
+    """Compare the stages of a model with another program's results; print and write as `compare_model`.
 
     Returns the exit code: 0 where all were compared.
     """

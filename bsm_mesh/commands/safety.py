@@ -78,7 +78,7 @@ def ask_safety(
 
 
 def _refuse_reductions(asked: dict[str, Any]) -> None:
-    """Raise where an option of strength reduction is given beside another number to vary."""
+    """Raise where an option of strength reduction is given with another number to vary."""
     usual = {"joints": None, "rocks": None, "bolts": False, "start": "stage", "spread": False}
     for name, value in asked.items():
         if value != usual[name]:

@@ -72,7 +72,7 @@ def run_study(
     path : Path
         The study file.
     output : Path, optional
-        Folder for the table, the summary and the pictures; by default ``out/NAME`` beside the file NAME.toml. Runs that
+        Folder for the table, the summary and the pictures; by default ``out/NAME`` next to NAME.toml. Runs that
         are finished there are not done again.
     processes : int, optional
         How many runs at a time on this machine; by default as many as there are cores.

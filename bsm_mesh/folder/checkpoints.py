@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class CheckpointSettings:
-    """When a checkpoint is written, beside the ends of stages.
+    """When a checkpoint is written, in addition to the ends of stages.
 
     Attributes
     ----------

@@ -67,7 +67,7 @@ def has_marker(folder: Path) -> bool:
 
 
 def is_left_by_a_run(folder: Path) -> bool:
-    """Return whether a folder beside results is one that a run made, or is not there; a link is none.
+    """Return whether a folder next to results is one that a run made, or is not there; a link is none.
 
     The marker is the first file of a run and the last one to go: a killed run leaves it, or an empty folder.
     """

@@ -116,7 +116,7 @@ class ResultsFolder:
         return self.place.with_name(f".{self.place.name}.lock")
 
     def told(self, beside: Path) -> Path:
-        """Return a folder beside this one as the user would call it."""
+        """Return a folder next to this one as the user would call it."""
         return self.path.with_name(beside.name) if self.path.name == self.place.name else beside
 
     @property
@@ -180,7 +180,7 @@ class ResultsFolder:
             )
 
     def strange(self) -> list[str]:
-        """Return the faults of the folders beside this one: what no run left there is never taken for a run's."""
+        """Return the faults of the folders next to this one: what no run left there is never taken for a run's."""
         beside = [place for place in (self.running, self.interrupted, self.former) if not is_left_by_a_run(place)]
         found = [
             f"{self.told(place)} is {'a link' if place.is_symlink() else f'not from a run (no {MARKER} in it)'}, and a "
@@ -252,7 +252,7 @@ class ResultsFolder:
         Raises
         ------
         ModelError
-            If a folder beside is not a run's.
+            If a folder next to it is not a run's.
         """
         raise_faults(self.strange())
         self._remove_unlisted()

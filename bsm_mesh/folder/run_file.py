@@ -76,7 +76,7 @@ def run_file(
     observer, report, snapshot, finished : callable, optional
         As `bsm_mesh.run` takes them.
     output : path or False, optional
-        Folder for the results; by default that of its ``[output]``, beside the file. False: nothing is written.
+        Folder for the results; by default that of its ``[output]``, next to the file. False: nothing is written.
     scripts : bool
         Whether the file may run a geometry script and name any path.
     noted : callable, optional

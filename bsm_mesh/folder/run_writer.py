@@ -1,4 +1,4 @@
-"""A run on its way to disk: stage by stage beside its results folder, which it replaces when it is finished."""
+"""A run on its way to disk: stage by stage next to its results folder, which it replaces when it is finished."""
 
 from __future__ import annotations
 

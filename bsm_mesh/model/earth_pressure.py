@@ -272,7 +272,7 @@ class EarthPressure:
         return np.stack([per_vertical, -outward @ lateral], axis=1)
 
     def _on_face(self, outward: FloatArray) -> FloatArray:
-        """Return Coulomb's traction on every face per vertical stress of the soil beside it, (k, 2)."""
+        """Return Coulomb's traction on every face per vertical stress of the soil next to it, (k, 2)."""
         sides = np.sign(outward[:, 0])
         if (np.abs(outward[:, 0]) < 1e-9).any() or (sides != sides[0]).any():
             raise ModelError(

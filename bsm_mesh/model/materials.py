@@ -220,7 +220,7 @@ class Joint:
     name : str
         As in the physical group ``joint:name``.
     normal_stiffness, shear_stiffness : float or None [Pa/m]
-        Stiffness per area; None where `filling` gives them. A `shear_stiffness` that is None beside a
+        Stiffness per area; None where `filling` gives them. A `shear_stiffness` that is None with a
         `reference_stress` is that of the law `BartonBandis`: peak strength over the displacement at the peak.
     filling : Filling or None
         A thick filling, instead of the two stiffnesses.

@@ -35,7 +35,7 @@ def add_interfaces(
     """Add to `stress` and `top` what the interfaces above every point change of its column's weight.
 
     A column of the point's own unit weight up to the surface weighs too little by the jump (above less below) times
-    the height of the surface over each interface on the way. (side_x, side_y) lies beside the point, off all
+    the height of the surface over each interface on the way. (side_x, side_y) lies next to the point, off all
     interfaces, and says which of them are above.
     """
     for k in range(start.shape[0]):

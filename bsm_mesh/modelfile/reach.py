@@ -65,7 +65,7 @@ class Reach:
         return self.folder / name if name.endswith(".py") else name
 
     def output(self, name: str, key: str = "[output] folder") -> Path:
-        """Return the folder for results; without scripts no link in it, or in what a run left beside it, leads away."""
+        """Return the folder for results; without scripts no link in it, or in a run's other folders, leads away."""
         folder = self.path(name, key)
         if not self.scripts:
             beside = [folder.with_name(f"{folder.name}{ending}") for ending in BESIDE] if folder.name else []

@@ -110,7 +110,7 @@ class Variation:
             self._with(dict.fromkeys((key for key in keys if key not in changes), 0))
         except ModelError as error:
             raise ModelError(
-                [f"{fault}; beside keys of the file there are {NAMES}" for fault in error.faults]
+                [f"{fault}; in addition to keys of the file there are {NAMES}" for fault in error.faults]
             ) from None
         if changes:
             self.model({key: change.neutral for key, change in changes.items()})

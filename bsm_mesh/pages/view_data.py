@@ -192,7 +192,7 @@ def _bytes(state: State) -> int:
 
 
 def _steps_that_fit(saved: SavedResults, ends: list[State], steps: int) -> int:
-    """Return how many steps fit in a page beside the ends of the stages."""
+    """Return how many steps fit in a page in addition to the ends of the stages."""
     taken, largest = sum(map(_bytes, ends)), max(map(_bytes, ends), default=0)
     if taken > MOST_BYTES:
         raise ModelError(

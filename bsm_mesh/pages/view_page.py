@@ -179,7 +179,7 @@ def _marks(plot: Any) -> dict[str, Any]:
 
 
 def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
-    """Return the widgets beside the plot by name, in their order."""
+    """Return the widgets next to the plot by name, in their order."""
     from bokeh.models import CategoricalSlider, CheckboxButtonGroup, Div, Select, Slider
 
     states = data.states

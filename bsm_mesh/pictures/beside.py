@@ -93,7 +93,7 @@ def _of_run(results: Results, other: Results, source: str, place: str) -> dict[s
 def _same_stages(ours: Sequence[str], theirs: Sequence[str]) -> Callable[[str | None], bool]:
     """Return which stages of another run, None the last one, are compared with stages of this one.
 
-    Those of the same name, and the last beside the last, unless the other run continues beyond this one's last stage.
+    Those of the same name, and the last with the last, unless the other run continues beyond this one's last stage.
     """
     goes_on = ours[-1] != INITIAL and ours[-1] in theirs[:-1]
 

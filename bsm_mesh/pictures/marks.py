@@ -100,7 +100,7 @@ def add_name(
     across: float = 0.0,
     leftwards: float = 0.7,
 ) -> None:
-    """Write a name beside a point within the picture, where it hides no other name, ring or line to a name.
+    """Write a name near a point within the picture, where it hides no other name, ring or line to a name.
 
     Parameters
     ----------

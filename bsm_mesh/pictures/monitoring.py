@@ -69,7 +69,7 @@ def vectors_beside(sheet: Sheet) -> dict[str, tuple[FloatArray, FloatArray]]:
 
 
 def add_vectors(sheet: Sheet, vectors: dict[str, tuple[FloatArray, FloatArray]], factor: float) -> None:
-    """Draw displacements beside the run's own at the points of histories, so many times as long."""
+    """Draw displacements with the run's own at the points of histories, so many times as long."""
     sources = [source for source in vectors if source]
     for source, (points, vector) in vectors.items():
         colour = COLOURS[(1 + sources.index(source)) % len(COLOURS)] if source else TEXT

@@ -59,7 +59,7 @@ def draw_points(results: Results, title: str, figure: Figure | None = None) -> F
 
 
 def _beside(results: Results, points: list[Recorded]) -> dict[tuple[str, int], dict[int, Beside]]:
-    """Return displacements beside those of the points, by source and stage, then by the number of the point.
+    """Return displacements to compare with those of the points, by source and stage, then by the number of the point.
 
     Of a point of which u and v are known, and no displacement, their length.
     """

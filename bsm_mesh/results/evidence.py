@@ -1,4 +1,4 @@
-"""Evidence: what checking a stage's verdict takes beside its forces, so that it can be checked without the engine."""
+"""Evidence: the numbers besides forces that the check of a verdict needs, so that it works without the engine."""
 
 from __future__ import annotations
 

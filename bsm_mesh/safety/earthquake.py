@@ -216,7 +216,7 @@ def newmark(
 
 
 def with_weights_sideways(model: Model, part: float) -> Model:
-    """Return a model with a further stage, in which a part of the weights pulls to +x beside what does so already."""
+    """Return a model with a further stage, in which a part of the weights pulls to +x, in addition to present loads."""
     horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
     for stage in model.stages:
         horizontal, vertical = (horizontal, vertical) if stage.gravity is None else stage.gravity

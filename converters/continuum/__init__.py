@@ -1,4 +1,4 @@
-"""The continuum beside the blocks: scikit-fem's plane-strain solution of a model, and the comparison with a run."""
+"""The continuum: scikit-fem's plane-strain solution of a model, and the comparison with a run."""
 
 from bsm_mesh.converters.continuum.comparability import Comparability
 from bsm_mesh.converters.continuum.compared_stages import ComparedStage, compare, compare_stages

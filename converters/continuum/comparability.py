@@ -1,4 +1,4 @@
-"""Whether a stage of the Block-Spring Model may be set beside a continuum at all, and why not."""
+"""Whether a stage of the Block-Spring Model may be compared with a continuum at all, and why not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every stage of a run with its class, beside the continuum where there is one."""
+"""Every stage of a run with its class, and the continuum if it has one."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ComparedStage:
 
 
 def compare(model: Model, results: Results, *, order: int | None = None, joints: bool | None = None) -> Comparison:
-    """Return the last stage of a run beside the continuum, as `compare_stages` finds it.
+    """Return the last stage of a run with the continuum, as `compare_stages` finds it.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def compare_stages(
     mesher: Mesher | None = None,
     near_blocks: bool = False,
 ) -> tuple[ComparedStage, ...]:
-    """Return every stage of a run with its class, beside the continuum solutions of its model where it has any.
+    """Return every stage of a run with its class, and the continuum solutions of its model where it has any.
 
     Parameters
     ----------

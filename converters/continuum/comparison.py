@@ -1,4 +1,4 @@
-"""Results of the Block-Spring Model beside the continuum solution of the same model, stage by stage."""
+"""Results of the Block-Spring Model compared with the continuum solution of the same model, stage by stage."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Comparison:
-    """A stage of the Block-Spring Model beside the continuum; differences are the first less the second.
+    """A stage of the Block-Spring Model and the continuum; differences are the first less the second.
 
     Attributes
     ----------

@@ -93,7 +93,7 @@ def measure_difference(
     area : (n,) float64 [m2]
         The weights of the mean squares.
     whole : pair of float
-        R.m.s. and greatest value that take the place of the field's own where these are negligible beside them.
+        R.m.s. and greatest value that take the place of the field's own where these are negligible compared with them.
     """
     difference = bsm - fem
     size, fem_size = _magnitude(difference), _magnitude(fem)

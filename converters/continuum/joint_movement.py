@@ -45,7 +45,7 @@ def joint_movement(blocks: Blocks, position: FloatArray, points: ContactForces) 
 def joint_movement_errors(ours: JointMovement, points: ContactForces, held: BoolArray) -> tuple[Difference, ...]:
     """Return how far opening and slip lie apart, of all points but those between held blocks (n,); none if all rest.
 
-    Means are weighted by length. What is negligible beside the other is measured by both.
+    Means are weighted by length. A negligible one is measured by both.
     """
     length = points.length * ~(held[points.block_a] & held[points.block_b])
     if not length.any():

@@ -1,4 +1,4 @@
-"""A result of another program beside a stage of a run: averaged over the blocks, with the same tables."""
+"""A result of another program compared with a stage of a run: averaged over the blocks, with the same tables."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COVERED = 0.5  # of a block's area: with less of it in the other mesh a block is
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class OutsideComparison:
-    """A stage beside the result of another program; differences are the first less the second.
+    """A stage and the result of another program; differences are the first less the second.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class OutsideComparison:
 def compare_with(
     model: Model, results: Results, other: ForeignResult, names: FieldNames, stage: str | None = None
 ) -> OutsideComparison:
-    """Return a stage of a run beside the result of another program.
+    """Return a stage of a run with the result of another program.
 
     Parameters
     ----------

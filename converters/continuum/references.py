@@ -1,4 +1,4 @@
-"""The continuum solutions that a run is set beside."""
+"""The continuum solutions that a run is compared with."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def solve_references(model: Model, results: Results, count: int, asked: Request)
 
 
 def continuum_of(model: Model, results: Results, count: int, asked: Request) -> tuple[Model, Discretization]:
-    """Return what is solved beside the first `count` stages of a run, and its elements as they are given."""
+    """Return the continuum solved for the first `count` stages of a run, and its elements as they are given."""
     small = results.scheme in MAY_MOVE_FAR
     breaks = not small and any(rock_breaks(stage.contacts) for stage in results.stages[:count])
     interfaces = (has_joints(model) or breaks) and asked.joints is not False

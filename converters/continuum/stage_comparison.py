@@ -1,4 +1,4 @@
-"""One stage of a run beside the continuum."""
+"""One stage of a run compared with the continuum."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STILL = 1e-9  # of a block's size: less than this in both methods is no movement
 
 
 def compare_stage(model: Model, results: Results, number: int, references: References) -> Comparison:
-    """Return one stage of a run beside the continuum."""
+    """Return one stage of a run with the continuum."""
     nominal, matched = references.nominal[number], references.matched[number]
     stage, moments = results.stages[number], model.blocks.moments
     area = moments.area * stage.present

@@ -43,7 +43,7 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
         If the file's name does not end in ``.3dgrid``, or a block is not convex.
     """
     if path.suffix != ".3dgrid":
-        raise ModelError(f"{path}: a grid of 3DEC is written, and a .dat beside it; give a name that ends in .3dgrid")
+        raise ModelError(f"{path}: a grid of 3DEC is written, and a .dat next to it; give a name that ends in .3dgrid")
     if not is_plain(path.name) or "'" in path.name:
         raise ModelError(f"{path}: 3DEC reads the grid by this name, in quotation marks; give one without any")
     refuse_concave(model)

@@ -173,7 +173,7 @@ def _rays(points: FloatArray, directions: FloatArray, size: FloatArray, noded: A
 
 
 def _bridges(faces: Any, noded: Any) -> Any:
-    """Return lines from the leftmost and the rightmost point of every hole of some faces to what is beside it."""
+    """Return lines from the leftmost and the rightmost point of every hole of some faces to its neighbour."""
     import shapely
 
     ring, face = shapely.get_rings(faces, return_index=True)

@@ -1,4 +1,4 @@
-"""Joints and boundaries by place, beside the groups of a mesh: along lines, between rocks, on a side of the model."""
+"""Joints and boundaries by place, not by the groups of a mesh: along lines, between rocks, on a side of the model."""
 
 from __future__ import annotations
 

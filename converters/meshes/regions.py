@@ -35,7 +35,7 @@ def merge_regions(
     precision : Precision
         Of their coordinates.
     laid : collection of str
-        Joints given by lines: of these, more than a hundredth without two blocks beside it is lost.
+        Joints given by lines: of these, more than a hundredth without a block on both sides is lost.
     """
     one, other = elements.edge_table.pairs()
     joined = joined_pairs(elements, one, other)

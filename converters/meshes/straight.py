@@ -1,7 +1,7 @@
 """Lines of a mesh made straight again, whose nodes the digits of a file moved.
 
 A file of another program has its coordinates to a few digits, and a map's coordinates leave a nanometre to a double. So
-nodes on one joint lie beside its line, and faces of one plane are not parallel: by a hair, but two faces that are not
+nodes on one joint lie near its line, and faces of one plane are not parallel: by a hair, but two faces that are not
 parallel wedge whatever slides between them, and no mechanism is proved. What lies on one line to the digits of the file
 is put on it.
 """

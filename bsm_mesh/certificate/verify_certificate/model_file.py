@@ -1,4 +1,4 @@
-"""What a certificate takes as given, beside the model file and the mesh in the folder: outlines, weights, strength."""
+"""Input of a certificate, compared with the model file and the mesh in the folder: outlines, weights, strength."""
 
 from __future__ import annotations
 

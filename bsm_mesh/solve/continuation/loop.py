@@ -42,7 +42,7 @@ from bsm_mesh.solve.step.system import Contacts, Evaluation, History
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSettings:
-    """What a step's equations have beside forces.
+    """Parts of a step's equations other than forces.
 
     Attributes
     ----------

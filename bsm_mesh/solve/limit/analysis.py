@@ -85,7 +85,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: s
     model : Model
         The input; the contacts are those of the geometry as it is, of the blocks that are there in the stage.
     live : sequence of load, optional
-        Loads that the factor multiplies, beside those of the model and its stages, which stay as they are. Without
+        Loads that the factor multiplies, in addition to those of the model and its stages, which are constant. Without
         them the factor multiplies everything: weights and loads together.
     stage : str, optional
         The stage in question, ``initial`` for the first; None: the last.

@@ -78,7 +78,7 @@ class RealMasses(Masses):
     def _needed_by_dashpots(self, weighed: Weighed) -> float:
         """Return the least inverse square of the time step [1/s2] with which dashpots let no wave grow; 0: none.
 
-        A dashpot c (over a cycle) beside springs of the sum S is stable with masses m where ``m / S - 1 >= 2 c / k``.
+        A dashpot c (over a cycle) with springs of the sum S is stable with masses m where ``m / S - 1 >= 2 c / k``.
         With ``c = z 2 sqrt(k m')``, m' of both blocks, that is a square equation of the inverse of the time step.
         """
         a, b, columns = weighed

@@ -16,7 +16,7 @@ SUMS = ("input", "loads", "bolts", "slip", "dashpots", "mass_damping", "quiet")
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ShakingMemory:
-    """The state of a shaken stage beside positions and contacts.
+    """The state of a shaken stage without positions and contacts.
 
     Attributes
     ----------

@@ -28,8 +28,8 @@ def begin_work(c: Any, w: Any) -> None:  # pragma: no cover - compiled
 def shear_with_dashpots(c: Any, w: Any, t: Any) -> None:  # pragma: no cover - compiled
     """Set the shear force within the strength, and what is cut off; open contacts have none.
 
-    A dashpot lies beside the spring, both in series with the slip: while it slips their sum is the strength. What the
-    spring carries goes on, without the dashpot's part.
+    A dashpot lies parallel to the spring, both in series with the slip: while it slips their sum is the strength. The
+    force of the spring is stored, without the dashpot's part.
     """
     begun = np.float32(w.begun[0])  # of all contacts; what the last window cut off at its end is in `carried`
     for i in range(WIDTH):

@@ -45,7 +45,7 @@ class Goal:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Iterate:
-    """Where a step begins, beside its equations.
+    """Where a step begins, without its equations.
 
     Attributes
     ----------

@@ -101,7 +101,7 @@ def nominal_constants(model: Model) -> BlockElasticity:
 def rigid_stiffness(model: Model) -> FloatArray:
     """Return the stiffness (3, 3) [Pa] that represents rigid rock.
 
-    Its modulus is `RIGID`, or more where that would not be much beside joints on blocks of their size.
+    Its modulus is `RIGID`, or more where that would not be much compared with joints on blocks of their size.
     """
     stiffest = max((joint.contact_stiffness[0] for joint in model.joints), default=0.0)
     modulus = max(RIGID, BESIDE_JOINTS * stiffest * float(np.sqrt(model.blocks.moments.area.max())))

@@ -187,7 +187,7 @@ def contact_polygons(
 def _corner_areas(polygons: ContactPolygons) -> FloatArray:
     """Return the area that every corner stands for where corners bear all of it, (n_corners,) [m2].
 
-    Half of the two triangles beside it. As these have their tip in the centroid, first moments about it vanish.
+    Half of the two adjacent triangles. As these have their tip in the centroid, first moments about it vanish.
     """
     following = next_corner(polygons.offsets)
     before = np.empty_like(following)

@@ -147,7 +147,7 @@ class LimitAnalysis3D:
         return part.witness(found.velocity, loads, some) if found.value > NOTHING else None
 
     def load_factor(self, dead: FloatArray, live: FloatArray, strength: ConeStrength) -> Optimum:
-        """Return the greatest factor on live loads beside dead ones, with its mechanism; an upper bound."""
+        """Return the greatest factor on live loads with dead ones, with its mechanism; an upper bound."""
         return self.program.maximise(dead, live, strength)
 
     def strength_factor(self, loads: FloatArray, strength: ConeStrength) -> float:

@@ -101,7 +101,7 @@ class ConeProgram:
         return self._solved(cost, whole, right, [*cones, clarabel.NonnegativeConeT(1)], reference)
 
     def maximise(self, dead: FloatArray, live: FloatArray, strength: ConeStrength) -> Optimum:
-        """Return the greatest factor on live loads beside dead ones, (n, 6) [N, N m]; infinite for no limit."""
+        """Return the greatest factor on live loads with dead ones, (n, 6) [N, N m]; infinite for no limit."""
         reference = self._reference(dead + live)
         matrix, right, cones, _ = self._strength(strength, reference)
         column = np.concatenate([self._scaled(live) / reference, np.zeros(matrix.shape[0])])

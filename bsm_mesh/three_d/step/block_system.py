@@ -110,7 +110,7 @@ class BlockSystem(System):
         """Return the derivatives of minus `loads_at` by the movement of every block, (n, 6, 6); None: all are zero.
 
         A moment ``arm x force`` changes with the turn of its arm by ``(turn x arm) x force``. That of water, which is
-        small beside the stiffness of contacts, is left out.
+        small compared with the stiffness of contacts, is left out.
         """
         block, force = self.applied.block, self.applied.force
         if not len(block):
