@@ -223,7 +223,7 @@ def test_numbers_that_no_key_holds(case: Case) -> None:
         ("load.2.factor", "load.2.factor = 1.0: there is no [[load]] number 2; there are 1"),
         ("stage.crwn.load.1.factor", "there is no stage 'crwn'; did you mean 'crown'"),
         ("water.rise", "the model has no water table"),
-        ("tilt.lft", "beside keys of the file there are load.N.factor"),
+        ("tilt.lft", "in addition to keys of the file there are load.N.factor"),
         ("a..b", "is no key"),
     ],
 )
