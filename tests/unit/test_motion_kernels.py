@@ -1,5 +1,6 @@
 """Explicit motion: free fall, sliding, collisions of turned blocks; forces are those of the step's equations."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -115,6 +116,23 @@ def test_one_thread_and_two_give_equal_digits(keys, monkeypatch):
         ends.append((motion.residual.position, motion.velocity, motion.contacts.slip_path))
     for one, two in zip(*ends, strict=True):
         assert_array_equal(one, two)
+
+
+def test_a_thread_that_fails_lets_the_others_end(monkeypatch):
+    """They meet after every cycle: the others would wait for it for ever."""
+    monkeypatch.setattr(motion_threads, "AT_ONCE", 10)
+    own, advance = threading.get_ident(), motion_threads._Strip.advance
+
+    def failing(strip, *given):
+        if threading.get_ident() != own:
+            raise ArithmeticError("of this test")
+        return advance(strip, *given)
+
+    monkeypatch.setattr(motion_threads._Strip, "advance", failing)
+    walls = [rectangle(x, 0, x + 1, 0.5) for x in np.arange(0, 10, 1.0)]
+    motion = ExplicitMotion(begun(model_of([BASE, *walls]), threads=2), INELASTIC)
+    with pytest.raises(ArithmeticError, match="of this test"):
+        motion.advance()
 
 
 def moved_in(model, windows, **moving):

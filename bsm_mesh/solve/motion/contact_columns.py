@@ -105,15 +105,39 @@ def chosen(chunks: ChunkArray, rows: IntArray) -> ChunkArray:
     """Return some of the contacts, `rows` (k,), in chunks of their own; what is empty stays so."""
     if not len(chunks):
         return chunks
-    names = chunks.dtype.names or ()
-    return chunked(chunks.dtype, {name: chunks[name].reshape(-1)[rows] for name in names}, len(rows))
+    part = np.zeros(-(-len(rows) // WIDTH), chunks.dtype)
+    _copy_out(_numbers(chunks), rows, _numbers(part))
+    return part
 
 
 def put(chunks: ChunkArray, rows: IntArray, part: ChunkArray) -> None:
     """Put back the contacts `rows` (k,) that `chosen` has taken out."""
     if len(chunks):
-        for name in chunks.dtype.names or ():
-            chunks[name][rows // WIDTH, rows % WIDTH] = column_of(part, name, len(rows))
+        _copy_back(_numbers(chunks), rows, _numbers(part))
+
+
+def _numbers(chunks: ChunkArray) -> SingleArray | FloatArray:
+    """Return chunks as numbers: (c, columns, WIDTH)."""
+    names = chunks.dtype.names or ()
+    return chunks.view(chunks.dtype[names[0]].base).reshape(len(chunks), len(names), WIDTH)
+
+
+@njit(nogil=True)
+def _copy_out(
+    chunks: SingleArray | FloatArray, rows: IntArray, part: SingleArray | FloatArray
+) -> None:  # pragma: no cover - compiled
+    for k in range(rows.size):
+        for column in range(chunks.shape[1]):
+            part[k // WIDTH, column, k % WIDTH] = chunks[rows[k] // WIDTH, column, rows[k] % WIDTH]
+
+
+@njit(nogil=True)
+def _copy_back(
+    chunks: SingleArray | FloatArray, rows: IntArray, part: SingleArray | FloatArray
+) -> None:  # pragma: no cover - compiled
+    for k in range(rows.size):
+        for column in range(chunks.shape[1]):
+            chunks[rows[k] // WIDTH, column, rows[k] % WIDTH] = part[k // WIDTH, column, k % WIDTH]
 
 
 @njit()

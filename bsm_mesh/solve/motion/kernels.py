@@ -12,6 +12,7 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.bolt_kernels import add_bolts
 from bsm_mesh.solve.motion.contact_columns import ChunkArray, SingleArray
 from bsm_mesh.solve.motion.contact_kernels import add_contact_forces
+from bsm_mesh.solve.motion.meeting import meet
 from bsm_mesh.solve.motion.shaken_kernels import Ends, move_shaken
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look reads every position once more
@@ -20,7 +21,7 @@ CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look re
 @njit(nogil=True)
 def advance(
     cycles: int,
-    begun: int,
+    meeting: IntArray,
     farthest: float,
     own: IntArray,
     supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
@@ -39,8 +40,8 @@ def advance(
 
     Parameters
     ----------
-    cycles, begun : int, farthest : float [m], own : (k,) int64
-        How many, and how many before in this window; a block that has moved farther ends it. Blocks without a support.
+    cycles : int, meeting : (3,) int64, farthest : float [m], own : (k,) uint32
+        How many, and the meeting of all threads; a block that has moved farther ends them. Blocks without a support.
     supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
         Which of the supported ones are moved here; all of them; onto their free axes; prescribed in a cycle.
     contacts : block_a, block_b, contacts, strengths, closures, slips, growths, works
@@ -59,8 +60,8 @@ def advance(
     """
     held, forces = supports[1][supports[0]], room[0]
     for cycle in range(cycles):
-        here, there = moved[(begun + cycle) % 2], moved[(begun + cycle + 1) % 2]
-        now, then = turns[(begun + cycle) % 2], turns[(begun + cycle + 1) % 2]
+        here, there = moved[cycle % 2], moved[(cycle + 1) % 2]
+        now, then = turns[cycle % 2], turns[(cycle + 1) % 2]
         _set_loads(own, loads, cycle, forces)
         _set_loads(held, loads, cycle, forces)
         add_contact_forces(here, now[0], now[1], *contacts, forces)
@@ -75,7 +76,7 @@ def advance(
             move_shaken(own, supports, constants[0], *given, room, velocity, here, there)
             set_turns(there, own, then[0], then[1])
             set_turns(there, held, then[0], then[1])
-        if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(there, constants[1], farthest):
+        if not meet(meeting, cycle + 1) or _ends(cycle, there, constants[1], farthest):
             return cycle + 1
     return cycles
 
@@ -188,8 +189,10 @@ def _project(projector: FloatArray, vector: FloatArray, out: FloatArray) -> None
 
 
 @njit(nogil=True)
-def _is_beyond(here: FloatArray, scale: FloatArray, most: float) -> bool:  # pragma: no cover - compiled
-    """Return whether a block has moved farther than `most` [m], or is nowhere any more."""
+def _ends(cycle: int, here: FloatArray, scale: FloatArray, most: float) -> bool:  # pragma: no cover - compiled
+    """Return whether a block has moved farther than `most` [m], or is nowhere any more; not after every cycle."""
+    if cycle % CHECK_EVERY != CHECK_EVERY - 1:
+        return False
     for i in range(here.shape[0]):
         for axis in range(3):
             if not abs(here[i, axis]) <= most * scale[i, axis]:

@@ -17,7 +17,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.forces import AT_ONCE
 from bsm_mesh.solve.motion.contact_columns import ChunkArray, chosen, column_of, put
 from bsm_mesh.solve.motion.contact_kernels import add_contact_forces
-from bsm_mesh.solve.motion.kernels import CHECK_EVERY, advance
+from bsm_mesh.solve.motion.kernels import advance
+from bsm_mesh.solve.motion.meeting import give_up, meeting_of
 
 CHUNKS = "contacts", "strengths", "closures", "slips", "growths"
 
@@ -96,7 +97,7 @@ def advance_window(
     common = bolts, loads, constants, velocity, moved, turns, shaken, ends
     if count <= 1:
         part = _Strip(share, np.arange(len(velocity)), supports, common)
-        went = part.advance(cycles, 0, farthest)
+        went = part.advance(cycles, farthest, meeting_of(1))
         part.end(went)
     else:
         went = _by_threads(share, np.array_split(np.concatenate(strips), count), cycles, farthest, supports, common)
@@ -116,13 +117,12 @@ class _Strip:
         # Room for the forces of blocks, and for those of bolts alone.
         self._forces = np.empty((2 if common[6] is not None else 1, *common[3].shape))
 
-    def advance(self, cycles: int, begun: int, farthest: float) -> int:
-        bolts, (acting, ramped_load, unramped_fraction), constants, velocity, moved, turns, shaken, ends = self._common
-        loads = acting, ramped_load, unramped_fraction[begun : begun + cycles]
+    def advance(self, cycles: int, farthest: float, meeting: IntArray) -> int:
+        bolts, loads, constants, velocity, moved, turns, shaken, ends = self._common
         if ends is not None:
-            ends = self._ends, *ends[:-1], ends[-1][begun : begun + cycles]
+            ends = self._ends, *ends
         went: int = advance(
-            cycles, begun, farthest, self._own, self._supports, self.share.columns, bolts, loads, constants,
+            cycles, meeting, farthest, self._own, self._supports, self.share.columns, bolts, loads, constants,
             velocity, moved, turns, self._forces, shaken, ends,
         )  # fmt: skip
         return went
@@ -136,24 +136,30 @@ class _Strip:
 
 
 def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: float, supports: Any, common: Any) -> int:
-    """Go through cycles one by one, a thread for every strip; one begins when all have ended that before."""
-    parts = []
-    for own in strips:
-        mine = np.zeros(len(common[3]), dtype=bool)
-        mine[own] = True
-        rows = np.flatnonzero(mine[share.block_a] | mine[share.block_b])
-        parts.append((rows, _Strip(share.of(rows), own, supports, common)))
-    scale, moved = common[2][1], common[4]
-    with ThreadPoolExecutor(len(parts) - 1) as threads:
-        for cycle in range(cycles):
-            others = [threads.submit(part.advance, 1, cycle, np.inf) for _, part in parts[1:]]
-            parts[0][1].advance(1, cycle, np.inf)
-            for other in others:
-                other.result()
-            went = cycle + 1
-            if went % CHECK_EVERY == 0 and not (np.abs(moved[went % 2]) <= farthest * scale).all():
-                break
-    for rows, part in parts:
-        part.end(went)
-        share.take(rows, part.share)
+    """Go through cycles, a thread for every strip; they meet after each."""
+    meeting = meeting_of(len(strips))
+
+    def gone_through(own: IntArray) -> int:
+        try:
+            mine = np.zeros(len(common[3]), dtype=bool)
+            mine[own] = True
+            rows = np.flatnonzero(mine[share.block_a] | mine[share.block_b])
+            part = _Strip(share.of(rows), own, supports, common)
+            went = part.advance(cycles, farthest, meeting)
+            part.end(went)
+            share.take(rows, part.share)
+        except BaseException:
+            give_up(meeting)
+            raise
+        return went
+
+    with ThreadPoolExecutor(len(strips) - 1) as threads:
+        try:
+            others = [threads.submit(gone_through, own) for own in strips[1:]]
+        except BaseException:  # the system may start no more
+            give_up(meeting)
+            raise
+        went = gone_through(strips[0])
+        for other in others:
+            other.result()
     return went
