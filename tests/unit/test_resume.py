@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -70,25 +72,60 @@ SHAKEN = {
 }
 
 
+def shaken_case(folder: Path, name: str) -> tuple[Path, Path]:
+    """Write the model file of a shaken model with frames of all steps; return it and the folder of its results."""
+    model = folder / "case" / "model.toml"
+    model.parent.mkdir()
+    for file, write in files_of_model(SHAKEN[name](), bsm.Options()).items():
+        write(model.parent / file)
+    text = model.read_text(encoding="utf-8")
+    model.write_text(text.replace("[output]", '[output]\nsnapshots = "steps"'), encoding="utf-8")
+    return model, model.parent / "out"
+
+
+def frames(folder: Path) -> int:
+    """Return how many frames of the shaken stage a folder has."""
+    return len(list(folder.glob("**/blocks_0001_*.vtu")))
+
+
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("name", SHAKEN)
 def test_within_a_record(tmp_path: Path, left: list[Path], name: str) -> None:
     """Histories, energies, and the times of frames are those of a run that was not interrupted."""
-    given = SHAKEN[name]()
-    model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
-    model.parent.mkdir()
-    for file, write in files_of_model(given, bsm.Options()).items():
-        write(model.parent / file)
-    text = model.read_text(encoding="utf-8")
-    model.write_text(text.replace("[output]", '[output]\nsnapshots = "steps"'), encoding="utf-8")
+    model, out = shaken_case(tmp_path, name)
     bsm.run(model, output=out)
     wanted, copies = content(out), list(left)
-    within = [copy for copy in copies if 0 < len(list(copy.glob("**/blocks_0001_*.vtu"))) < 12]
+    within = [copy for copy in copies if 0 < frames(copy) < 12]
     assert within
     for copy in within[::2]:
         interrupted(model.parent, copy)
         bsm.run(model, output=out, resume=True)
         assert content(out) == wanted
+
+
+@pytest.mark.usefixtures("at_every_step")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a process that is killed is forked")
+def test_a_kill_within_a_record(tmp_path: Path) -> None:
+    model, out = shaken_case(tmp_path, "base")
+    bsm.run(model, output=out)
+    wanted = content(out)
+    shutil.rmtree(out)
+    process = os.fork()
+    if process == 0:
+        try:
+            bsm.run(model, output=out)
+        finally:
+            os._exit(0)
+    running, end = out.with_name("out.running"), time.monotonic() + 60
+    while frames(running) < 3 and time.monotonic() < end:
+        time.sleep(1e-3)
+    os.kill(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    assert 3 <= frames(running) < 12
+    said: list[str] = []
+    bsm.run(model, output=out, resume=True, report=said.append)
+    assert content(out) == wanted
+    assert "no interrupted run to continue with: it begins at the start" not in said
 
 
 @pytest.mark.usefixtures("at_every_step")

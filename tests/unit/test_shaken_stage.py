@@ -13,6 +13,7 @@ from bsm_mesh.solve.stages import as_built
 from bsm_mesh.solve.zones import departures
 from tests.scenes.shaken import STAGE, block_on_plane, quake, shaken, wall
 from tests.scenes.shapes import rectangle, running_bond
+from tests.unit.test_own_laws import Power
 
 HARD = bsm.Shaking(record=quake(5.0, 2.5), every=0.05)  # half of g
 BOLT = {"start": (0.3, -0.5), "end": (0.3, 2.4), "diameter": 0.02}
@@ -25,6 +26,8 @@ LAWS = {
     "growing": {"law": bsm.MohrCoulomb(friction=35), "shear_stiffness_exponent": 0.5, "reference_stress": 5e4},
     "dilation": {"law": bsm.MohrCoulomb(friction=30), "dilation_angle": 8.0, "dilation_slip": 5e-3},
     "tension": {"law": bsm.MohrCoulomb(friction=35, cohesion=1e4), "tensile_strength": 5e3},
+    "ladanyi_archambault": {"law": bsm.LadanyiArchambault(friction=28, dilation=10, jcs=80e6)},
+    "own": {"law": Power(a=1.2, b=0.95)},
 }
 
 
