@@ -11,6 +11,7 @@ from pathlib import Path
 from random import Random
 
 from tests.scenes.model_folders import BOLT_TABLE
+from tests.scenes.more_models import PLANE, RECORD, SPACE
 from tests.scenes.small_models import MESH, MODELS
 
 from ..inputs import CONTROL, OK, REFUSED, AcceptedError, ControlError, Input
@@ -37,10 +38,19 @@ GOOD: tuple[tuple[str, ...], ...] = (
     ("mesh", "column", "-o", "new.msh", "--set", "count=2"),
     ("new", "tunnel", "new"),
     ("schema",),
+    ("safety", "model.toml", "-o", "new", "--tolerance", "0.2", "--json"),
+    ("key-blocks", "model.toml", "-o", "new", "--proof"),
+    ("newmark", "model.toml", "-o", "new", "--record", "record.csv", "--alone"),
+    ("kinematics", "planes.csv", "--face", "60", "300", "--friction", "25", "-o", "new"),
+    ("liner", "new", "--rock", "gneiss", "--compressive-strength", "25 MPa", "--tensile-strength", "2 MPa"),
+    ("joint-test", "model.toml", "--joint", "J1", "--normal-stress", "100 kPa", "-o", "new"),
+    ("export", "model.toml", "--to", "abaqus", "-o", "new"),
     ("plot", "nothing"),
     ("--help",),
     ("--version",),
 )
+GIVEN = [*((tree, {}) for tree in MODELS), *PLANE, *SPACE]
+PLANES = b"dip,dip_direction,set\n34,298,bedding\n37,305,bedding\n62,252,J1\n58,247,J1\n"
 HARMLESS = ("new", "new.msh", "new.vtu", "model.toml", "mesh.msh", "nothing")
 KEPT = {"kept/other.txt": b"of somebody else"}
 LINKS = tuple(f"{name}.{state}" for name in ("new", "out") for state in ("running", "former", "interrupted"))
@@ -52,13 +62,15 @@ def draw(random: Random, folder: Path) -> Input:
     words = list(random.choice(GOOD))
     for _ in range(random.choice((0, 1, 1, 1, 2))):
         _change(random, words)
-    given = random.choice(MODELS)
+    given, beside = random.choice(GIVEN)
     data = written(given if random.random() < 0.5 else mutate_tree(random, given))
     if random.random() < 0.1:
         data = mutate(random, data, binary=False)
     mesh = MESH if random.random() < 0.8 else mutate(random, MESH, binary=False)
     table = BOLT_TABLE if random.random() < 0.8 else mutate(random, BOLT_TABLE, binary=False)
-    files = {"model.toml": data, "mesh.msh": mesh, "bolts.csv": table}
+    tables = {"planes.csv": PLANES, "record.csv": RECORD, **beside}
+    tables = {name: text if random.random() < 0.8 else mutate(random, text, binary=False) for name, text in tables.items()}
+    files = {"model.toml": data, "mesh.msh": mesh, "bolts.csv": table, **tables}
     if random.random() < 0.2:  # an old run is there
         files |= {f"new/{name}": content for name, content in good(folder)[0][0].items()}
     link = random.choice(LINKS) if random.random() < 0.2 else ""

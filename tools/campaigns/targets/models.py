@@ -10,6 +10,7 @@ from typing import Any
 import tomli_w
 
 from tests.scenes.model_folders import BOLT_TABLE
+from tests.scenes.more_models import PLANE, SPACE
 from tests.scenes.small_models import MESH, MODELS
 
 from ..inputs import Input, demand_finite
@@ -17,7 +18,7 @@ from ..mutations import mutate, mutate_tree
 from ..seeds import models as models_of_others
 
 _OURS: list[tuple[dict[str, Any], dict[str, bytes]]] = [(tree, {}) for tree in MODELS]
-GIVEN = 5 * _OURS + models_of_others(MODELS[0])
+GIVEN = 5 * (_OURS + PLANE + SPACE) + models_of_others(MODELS[0])
 RUNS = 0.1  # of the models that load, so many are run as well
 
 
