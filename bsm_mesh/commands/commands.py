@@ -112,8 +112,9 @@ def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -
             say(reason)
     print_table(title, ("", ""), describe(results, verbose=verbose))
     if down := down_rows(results):
-        most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""
-        print_table(f"Every unstable block{most}", down_header(results), down, texts=2)
+        of = results.unstable_blocks.size
+        heading = "Every unstable block" if len(down) == of else f"The {len(down)} largest of {of} unstable blocks"
+        print_table(heading, down_header(results), down, texts=2)
     if joints := joint_rows(results):
         print_table("Joints", joint_header(results), joints)
     if water := flow_rows(results.stages[-1]):

@@ -210,4 +210,5 @@ def find_results(folder: Path) -> Path:
         for place, what in ((own.running, "under way"), (own.interrupted, "that was interrupted"))
         if finished_stages(place)
     ]
-    raise ModelError(f"{folder} holds no results (no {SUMMARY}); give the output folder of a run{''.join(hints)}")
+    what = f"holds no results (no {SUMMARY})" if folder.is_dir() else "is no folder"
+    raise ModelError(f"{folder} {what}; give the output folder of a run{''.join(hints)}")

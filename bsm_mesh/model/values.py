@@ -94,7 +94,8 @@ class Rules:
             return
         if not is_number(value):
             unit = f" [{quantity.unit}]" if quantity.unit else ""
-            self.faults.append(f"{self.thing}: {name} = {as_given(value)} is not a finite number{unit}")
+            cure = "; only a model file takes texts with units" if isinstance(value, str) else ""
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} is not a finite number{unit}{cure}")
             return
         assert isinstance(value, SupportsFloat)
         if (quantity.whole and not isinstance(value, Integral)) or not quantity.holds(float(value)):

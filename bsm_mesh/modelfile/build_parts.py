@@ -186,13 +186,12 @@ def make_options(solver: SolverTable, falls: FallsTable) -> Options:
 
 
 def make_shaking(table: ShakingTable, place: str, reach: Reach | None) -> Shaking:
-    """Return how the ground is shaken; a record of a file is read if it may be."""
+    """Return how the ground is shaken; without a reach the record of a file is not read, and nothing shakes."""
     given = given_in(table, Shaking, without=("record", "mass_damping"))
     record: Any = table.record
     if isinstance(record, str):
-        if reach is None:
-            raise ModelError(f"{place}: a stage with a record from a file cannot be varied; give [times, values]")
-        record = read_record(reach.path(record, "record"), given["quantity"])
+        still = ([0.0, 1.0], [0.0, 0.0])
+        record = still if reach is None else read_record(reach.path(record, "record"), given["quantity"])
     damping = None if table.mass_damping is None else (table.mass_damping.ratio, table.mass_damping.frequency)
     with placed(place):
         return Shaking(**given, record=record, mass_damping=damping)

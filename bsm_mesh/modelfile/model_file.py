@@ -21,6 +21,7 @@ from bsm_mesh.version import __version__
 
 SCHEMA_VERSION = 1  # what ModelFile describes
 MAX_BYTES = 64 << 20
+MESHES = (".msh", ".vtu", ".vtk", ".inp", ".unv", ".bdf", ".med", ".geo")  # endings that are no model file's
 TOO_WIDE = "has more digits than TOML knows (64 bits); correct it"
 PLAIN_WORDS = {  # for pydantic's names of faults
     "string_type": "must be a text, in quotes",
@@ -83,6 +84,11 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
+        if path.suffix.lower() in MESHES:
+            raise ModelError(
+                f"{path}: is a mesh, no {kind}; name it in one ([mesh] file = {path.name!r}), or read its blocks in "
+                f"Python: converters.read_blocks({path.name!r}, blocks='regions')"
+            ) from None
         raise ModelError(f"{path}: not valid TOML: {_toml_fault(str(error), text)}") from None
     except ValueError:  # of int(), which takes no thousands of digits
         raise ModelError(f"{path}: a whole number in it {TOO_WIDE}") from None

@@ -36,7 +36,7 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     """Draw the blocks that have gone, ring and name them, and return what to say of them.
 
     They are drawn where they are, by so many times their displacement that all are; those that were taken away where
-    they were given. Fragments too small to count (`falls.ignore_below`) have no ring.
+    they were given. Blocks too small to count (`falls.ignore_below`) have no ring.
     """
     scene, stage = sheet.scene, sheet.scene.stage
     away = factor * stage.displacement[:, :2]
@@ -46,7 +46,8 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     told = []
     taken, counts = np.zeros_like(scene.down), np.ones_like(scene.down)
     taken[[fall.block for fall in stage.falls]] = True
-    counts[[fall.block for fall in stage.falls if fall.ignored]] = False
+    chips = [fall.block for fall in stage.falls if fall.ignored]
+    counts[[*chips, *stage.small_blocks.tolist()]] = False
     for mask, colour, style, what in (
         (scene.down, FALLS, "-", "falling"),
         (scene.apart & ~scene.down, "#f0b27a", "-", "at rest after moving far"),
@@ -61,20 +62,20 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
         for those, drawn in ((here, factor), (given, 0.0)):
             if len(those):
                 sheet.polygons(scene.polygons(those, drawn), **look, zorder=3)
-                _ring(sheet, those[counts[those]], drawn)
+                those = those[counts[those]]
+                add_rings(sheet, those, middle(scene, those, drawn))
         sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
         beyond = ", beyond the picture, drawn where given" if factor and (out & mask & ~taken).any() else ""
         if counts[blocks].any():
             told.append(f"{numbered('block', blocks[counts[blocks]], 6)} {what}{beyond}")
-    told += [f"{counted(int((~counts).sum()), 'fragment')} too small to count taken away"] * (not counts.all())
+    told += [f"{counted(len(chips), 'fragment')} too small to count taken away"] * bool(chips)
     return f"; {'; '.join(told)}, in no colour of the scale" if told else ""
 
 
-def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
-    """Draw a ring round each group of blocks that lie together, and name it."""
+def add_rings(sheet: Sheet, blocks: IntArray, centre: FloatArray) -> None:
+    """Draw a ring round each group of blocks that lie together, and name it; `centre` (k, 2) [m] is where they are."""
     scene = sheet.scene
     area = scene.results.blocks.moments.area
-    centre = middle(scene, blocks, factor)
     radius = np.maximum(0.9 * np.sqrt(area[blocks]), LEAST_RING * scene.size)
     groups = [np.flatnonzero(mine) for mine in _together(centre, radius)]
     groups.sort(key=lambda group: -float(area[blocks[group]].sum()))

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.folder.added_files import AddedFiles
-from bsm_mesh.pictures.canvas import FALLS, LINE, ROCKS, Sheet, add_key, new_sheet
+from bsm_mesh.pictures.canvas import FALLS, LETTERS, LINE, ROCKS, Sheet, add_key, new_sheet
 from bsm_mesh.pictures.figures import TEXT, entitle, paper, save
 from bsm_mesh.pictures.joint_pictures import draw_state
-from bsm_mesh.pictures.marks import arrows
+from bsm_mesh.pictures.marks import add_rings, arrows
 from bsm_mesh.pictures.scene import Scene
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
@@ -85,7 +86,10 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
         shown = f", drawn {factor:.2g} times as far" if factor > 1.05 else ""
         sheets.append((sheet, f"first unstable, {with_unit(bad, safety.unit)}: where the blocks go{shown}"))
     for sheet, caption in sheets:
-        sheet.axes.set_title(caption, loc="left", fontsize=10, color=TEXT, parse_math=False)
+        width = int(LETTERS * figure.get_figwidth() / len(sheets))
+        sheet.axes.set_title(
+            "\n".join(wrap(caption, width)), loc="left", fontsize=10, color=TEXT, parse_math=False, va="bottom"
+        )
     add_key(figure, [line for sheet, _ in sheets for line in sheet.key])
     entitle(figure, title)
     save(figure, path)
@@ -116,6 +120,8 @@ def _draw_failure(scene: Scene, fails: IntArray, figure: Figure) -> tuple[Sheet,
     start = blocks.moments.centroid + (stage.displacement - stage.stage_displacement)[:, :2]
     rows = scene.here[chosen[scene.here] & (far[scene.here] > 0)]
     arrows(sheet, start[rows], moved[rows, :2], TEXT, width=0.004)
+    rows = np.flatnonzero(chosen & stage.present)
+    add_rings(sheet, rows, start[rows] + moved[rows, :2])
     sheet.explain_patch("fails", facecolor=FALLS, edgecolor=LINE)
     return sheet, factor
 

@@ -83,7 +83,10 @@ class Check:
             f"loads against reactions {self.balance:.1e}, tolerance {self.tolerance:.0e}"
         )
         if self.utilisation > 0:
-            text += f"; greatest shear over strength {self.utilisation:.6f}, unexplained overlap {self.overlap:.1e} h2"
+            beyond = f"{self.overlap:.1e} of a block's area" if self.overlap > 0 else "none"
+            text += (
+                f"; greatest shear over strength {self.utilisation:.6f}; overlap beyond the joints' closure: {beyond}"
+            )
         return text
 
 

@@ -65,7 +65,7 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
     if math.isinf(found.beyond):  # nothing is proved: no limit, or contacts that limit analysis leaves out
         text = f"no bound by limit analysis: {found.proof.text}"
         return Limit(factor=math.inf, text=text, unproved=found.factor or math.inf)
-    text = f"beyond {found.beyond:.5g} no forces within strength balance the loads where the blocks were given"
+    text = f"upper bound {found.beyond:.5g} (initial geometry): beyond it no forces within strength balance the loads"
     if found.factor == 0:
         text = "whatever the strength, no forces balance the loads where the blocks were given: they must move"
     mechanism = part.in_whole(found.mechanism)

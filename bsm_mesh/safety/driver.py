@@ -149,7 +149,7 @@ class Search:
         for each in run_all([(value, self._limit(value)) for value in values]):
             self._ended[each.value] = each
             said = self._judge(each)
-            self._report(f"{each.value:.5g}: {said.verdict} ({said.reason})")
+            self._report(f"trial at {each.value:.5g}: {said.verdict} ({said.reason})")
 
     def _forget(self) -> None:
         """Forget the results of all runs but those at the ends of the bracket: of large models they are large."""

@@ -276,7 +276,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
     rows += [(named_stage(name), counted(count, "block")) for name, count in report["stages"].items()]
     if report["bolts"]:
-        alone = f", {report['bolts_in_one_block']} of them in a single block, bearing nothing"
+        alone = f", {report['bolts_in_one_block']} of them in a single block, without effect"
         rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]
     for key, meaning in _meanings(report["thresholds"]).items():
         rows.append((meaning, _blocks(report[key]) + _place(report["first_at"].get(key))))
@@ -288,13 +288,13 @@ def _meanings(limits: dict[str, float]) -> dict[str, str]:
     return {
         "tiny": f"tiny blocks (area below {limits['tiny']:g} of the median)",
         "thin": f"thin blocks (4 pi A / outline^2 below {limits['thin']:g})",
-        "short_edged": f"short_edged: an edge below {limits['short_edged']:g} of their size",
+        "short_edged": f"short-edged blocks (an edge below {limits['short_edged']:g} of their size)",
         "elongated": f"elongated blocks (length over width above {limits['elongated']:g})",
         "concave": "concave blocks",
-        "deeply_concave": f"deeply_concave: area below {limits['deeply_concave']:g} of the convex hull's",
-        "many_edged": f"many_edged: more than {limits['many_edged']:g} edges",
+        "deeply_concave": f"deeply concave blocks (area below {limits['deeply_concave']:g} of the convex hull's)",
+        "many_edged": f"many-edged blocks (more than {limits['many_edged']:g} edges)",
         "without_contact": "blocks without contact",
-        "unsupported": "unsupported: no path of contacts to a support",
+        "unsupported": "unsupported blocks (no path of contacts to a support)",
     }
 
 

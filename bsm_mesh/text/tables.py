@@ -116,13 +116,15 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     stage, blocks = stage or results.stages[-1], results.blocks
     unfinished = not results.finished and stage is results.stages[-1]
     most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
-    without = f" (without {counted(unknown, 'block')} at supports, and slivers)" if unknown else ""
+    without = f" ({counted(unknown, 'block')} excluded: supported, or slivers)" if unknown else ""
     rows = [
         ("verdict", results.status.value if unfinished else verdict_in_words(blocks, stage)),
         ("reason", stage.reason),
     ]
     if stage.unstable_blocks.size:
         rows.append(("falls", falling(results, stage)))
+    if stage is results.stages[-1] and (missing := stages_not_computed(results)):
+        rows.append(("stages not computed", missing))
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
         ("greatest displacement", _greatest_displacement(results, stage)),
@@ -139,6 +141,12 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
     rows.append(("time of the solution", f"{stage.seconds:.3g} s"))
     return rows + (_solution_rows(results, stage) if verbose else [])
+
+
+def stages_not_computed(results: Results) -> str:
+    """Return the names of the model's stages behind the last one of the results, or nothing."""
+    names = [] if results.model is None else [stage.name for stage in results.model.stages]
+    return ", ".join(names[len(results.stages) - 1 :])
 
 
 def falling(results: Results, stage: StageResult) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.groups import NamedGroup
 from bsm_mesh.converters.meshes.report import MOST_LOST, Note, NoteKind, places
-from bsm_mesh.errors import listing, raise_faults
+from bsm_mesh.errors import counted, listing, raise_faults
 from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.polygons import next_corner, owner_of_corner
 
@@ -198,7 +198,8 @@ def loose_notes(pieces: Iterable[LoosePieces], vertices: FloatArray, offsets: In
             notes.append(Note(kind=NoteKind.LOST, name=name, count=int(dividing.sum()), text=text))
             middle = middle[~dividing]
         if len(middle):
-            text = f"{len(middle)} pieces of '{name}' bound no block and are left out ({places(middle)})"
+            what = "bounds no block and is left out" if len(middle) == 1 else "bound no block and are left out"
+            text = f"{counted(len(middle), 'piece')} of '{name}' {what} ({places(middle)})"
             notes.append(Note(kind=NoteKind.LOOSE, name=name, count=len(middle), text=text))
     return notes
 

@@ -60,10 +60,10 @@ class JointAccount:
         """Return the account as a sentence."""
         parts = [f"{self.bounding:.6g} m between blocks"]
         for length, what in (
-            (self.extended, "m added to dead ends"),
+            (self.extended, "m added where ends reach on to the next joint"),
             (self.coincident, "m on another joint"),
             (self.on_outline, "m on the outline"),
-            (self.dead, f"m in dead pieces with {self.dead_ends} dead ends"),
+            (self.dead, f"m that end in the rock and bound no block ({self.dead_ends} free ends)"),
         ):
             if length > 0:
                 parts.append(f"{length:.6g} {what}")

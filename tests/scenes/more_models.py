@@ -54,7 +54,13 @@ surcharge = "10 kPa"
 factor = 1.5
 [[load]]
 boundary = "left"
-earth_pressure = { surface = [[-2, 3], [0, 2]], state = "passive", unit_weight = 2e4, friction = 30, theory = "coulomb", wall_friction = 5 }
+[load.earth_pressure]
+surface = [[-2, 3], [0, 2]]
+state = "passive"
+unit_weight = 2e4
+friction = 30
+theory = "coulomb"
+wall_friction = 5
 [report]
 project = "Road cut"
 author = "A. Engineer"

@@ -69,7 +69,9 @@ def draw(random: Random, folder: Path) -> Input:
     mesh = MESH if random.random() < 0.8 else mutate(random, MESH, binary=False)
     table = BOLT_TABLE if random.random() < 0.8 else mutate(random, BOLT_TABLE, binary=False)
     tables = {"planes.csv": PLANES, "record.csv": RECORD, **beside}
-    tables = {name: text if random.random() < 0.8 else mutate(random, text, binary=False) for name, text in tables.items()}
+    for name in tables:
+        if random.random() < 0.2:
+            tables[name] = mutate(random, tables[name], binary=False)
     files = {"model.toml": data, "mesh.msh": mesh, "bolts.csv": table, **tables}
     if random.random() < 0.2:  # an old run is there
         files |= {f"new/{name}": content for name, content in good(folder)[0][0].items()}
