@@ -15,6 +15,8 @@ from bsm_mesh.geometries.three_d.cell_complex import SIDES, CellComplex
 from bsm_mesh.geometries.three_d.joints import Joints
 from bsm_mesh.geometries.three_d.rows import BoolArray, FloatArray, IntArray, spread
 
+MAX_CELLS = 3_000_000  # blocks of a box
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RockMass:
@@ -158,6 +160,11 @@ def _cut_by(cells: CellComplex, joints: Joints, number: int, seed: int) -> int:
         else:
             found = cells.cut(normal, offset, number)
         count += bool(len(found))
+        if cells.count > MAX_CELLS:
+            raise GeometryError(
+                f"joint '{joints.name}': the joints cut the box into more than {MAX_CELLS:.0e} blocks; give wider "
+                "spacings or a smaller box, and check that lengths are in metres"
+            )
     return count
 
 

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.geometries import Exponential, GeometryError, three_d
 from bsm_mesh.geometries.orientations import upward_normals
+from bsm_mesh.geometries.three_d import rock_mass
 from tests.scenes.rock_3d import planes, tunnel_rock
 
 ROUNDING = 1e-12  # of a volume of some thousand m3
@@ -192,3 +193,10 @@ def test_the_same_seed_gives_the_same_cells_and_another_set_changes_nothing():
 def test_bad_descriptions_are_named(make, message):
     with pytest.raises(GeometryError, match=message):
         make()
+
+
+def test_more_blocks_than_a_machine_holds_are_refused(monkeypatch):
+    monkeypatch.setattr(rock_mass, "MAX_CELLS", 20)
+    sets = [three_d.JointSet(name=f"J{dip}", dip=dip, dip_direction=0, spacing=0.1) for dip in (0, 90)]
+    with pytest.raises(GeometryError, match="'J0': the joints cut the box into more than"):
+        three_d.cut_cells(three_d.RockMass(box=((0, 0, 0), (10, 10, 10)), joints=sets))

@@ -170,3 +170,8 @@ def test_faults_of_ground_and_stages(case: Case, old: str, new: str, words: list
     with pytest.raises(ModelError) as caught:
         bsm.load("model.toml")
     assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_a_mesh_in_the_place_of_a_model_file(case: Case) -> None:
+    with pytest.raises(bsm.ModelError, match=r"is a mesh, no model file; name it in one \(\[mesh\] file = "):
+        bsm.load("mesh.msh")

@@ -42,7 +42,7 @@ def test_the_answer_in_words(answered):
     assert code == 0
     words = " ".join(shown.split())
     assert "factor of safety 1.4" in words
-    assert "beyond 1.453" in words
+    assert "upper bound 1.453" in words
     assert "no forces within strength balance the loads" in words
     assert "block 1: 1 m2" in words
     assert "just before, of J" in words

@@ -52,6 +52,16 @@ def test_faulty_records_end_in_a_message(tmp_path, name, text, quantity, fault):
         read_record(path, quantity)
 
 
+def test_a_record_in_a_file_is_no_fault_beside_others(tmp_path):
+    stage = '[[stage]]\nname = "quake"\n[stage.shaking]\nrecord = "quake.csv"\n'
+    (tmp_path / "quake.csv").write_text(CSV)
+    (tmp_path / "model.toml").write_text(f'[mesh]\nfile = "a.msh"\n[rock.a]\nunit_weight = "x"\n{stage}')
+    with pytest.raises(bsm.ModelError) as caught:
+        bsm.load(tmp_path / "model.toml")
+    assert len(caught.value.faults) == 1
+    assert "unit_weight" in caught.value.faults[0]
+
+
 SHAKINGS = {
     "record": bsm.Shaking(record=([0.0, 0.1, 0.3], [0.0, 2.5, -1.0]), quantity="velocity", mass_damping=(0.02, 2.0)),
     "waveform": bsm.Shaking(waveform="sine", frequency=5.0, amplitude=3.0, cycles=2, direction=30.0, every=0.1),

@@ -47,6 +47,15 @@ def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.result
     assert short["greatest displacement"].endswith("(of the blocks that stay)")
 
 
+def test_stages_behind_an_unstable_one_are_named(falls: bsm.results.Results) -> None:
+    assert "stages not computed" not in dict(describe(falls))
+    later = [bsm.Stage(name=name) for name in ("bolts", "earthquake")]
+    results = bsm.run(falls.model.replace(stages=later), falls.options)
+    assert results.status == "unstable"
+    assert dict(describe(results))["stages not computed"] == "bolts, earthquake"
+    assert "stages not computed" not in dict(describe(results, results.stages[0])) or len(results.stages) == 1
+
+
 def test_lengths_as_parts_of_a_block() -> None:
     blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 4, 1)], rock="rock")
     assert part_of_size(blocks, 0, 0.5) == "0.25 of the block's size"

@@ -59,6 +59,10 @@ def _model() -> bsm.Model:
             lambda: bsm.Options(scheme=np.array(["a"])),
             "solver: scheme = array(['a'], dtype='<U1') is unknown (known: co",
         ),
+        (
+            lambda: bsm.MohrCoulomb(friction="35 deg"),  # type: ignore[arg-type]
+            "friction = '35 deg' is not a finite number [degrees]; only a model file takes texts with units",
+        ),
         (lambda: _model().replace(rocks=5), "model: rocks = 5 must be a list of bsm.Rock(...)"),
         (
             lambda: _model().replace(rocks=bsm.Rock("gneiss", unit_weight=0)),
