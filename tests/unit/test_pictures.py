@@ -334,7 +334,7 @@ def test_headings() -> None:
 def test_run_with_pictures(results: Case) -> None:
     outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")
     assert outcome.code == 0, outcome.err
-    assert f"pictures: {len(PICTURES) - 11} files in {Path('again/pictures')}" in outcome.out
+    assert f"pictures: {len(PICTURES) - 12} files in {Path('again/pictures')}" in outcome.out
 
 
 def fake(code: int, error: str = "") -> object:
