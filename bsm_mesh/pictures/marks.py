@@ -35,8 +35,8 @@ GRAVITY = 0.03  # of the visible part: length of its arrow
 def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     """Draw the blocks that have gone, ring and name them, and return what to say of them.
 
-    They are drawn where they are, by so many times their displacement that all are; fallen blocks where they were given.
-    Blocks too small to count (`falls.ignore_below`) have no ring.
+    They are drawn where they are, by so many times their displacement that all are; fallen blocks where they were
+    given. Blocks too small to count (`falls.ignore_below`) have no ring.
     """
     scene, stage = sheet.scene, sheet.scene.stage
     away = factor * stage.displacement[:, :2]
