@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import subprocess
@@ -91,6 +92,16 @@ def killed(tmp_path: Path, killed_once: Path, at_every_step: None) -> tuple[Path
     """Return a copy of that model, and its folder of results."""
     case = shutil.copytree(killed_once, tmp_path / "case")
     return case / "model.toml", case / "out"
+
+
+gc.disable()  # while tests are collected: all that is made stays
+
+
+def pytest_collection_finish() -> None:
+    """Leave modules and collected tests out of all later rounds of the garbage collector."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 APART = ("robust", "heavy", "slow")  # markers of tests that are not in the daily tier
