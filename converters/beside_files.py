@@ -82,7 +82,7 @@ def _column(path: Path, number: int, name: str, title: str) -> Column:
         known = (*TEXTS, "distance", *UNITS)
         raise ModelError(
             f"{path}: column '{title}' is none of {', '.join(known)}{nearest(quantity, known)}; "
-            "what is not to be read is in a column called note"
+            "put other texts into a column called note"
         )
     unit = "m" if name == "distance" else UNITS[quantity]
     factors = {"m": LENGTHS, "N": FORCES, "deg": ANGLES, "": SHARES}[unit]

@@ -139,7 +139,7 @@ def check(
 @cli.command()
 @model_argument
 @click.option("-o", "--output", type=PATH, help="Folder for the results; the model's by default.")
-@click.option("--resume", is_flag=True, help="Go on where an interrupted run of MODEL was.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted run of MODEL.")
 @click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
 @json_option
 @quiet_option
@@ -224,7 +224,7 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
 @click.option("--strength", is_flag=True, help="Find the greatest factor by which strength may be divided.")
 @click.option("--joints", multiple=True, metavar="J1 J2 ...", help="With --strength: that of these joints only.")
 @click.option("--rocks/--no-rocks", default=None, help="With --strength: of rock faces too; where all joints are.")
-@click.option("--bolts", is_flag=True, help="With --strength: what limits the bolts' forces too.")
+@click.option("--bolts", is_flag=True, help="With --strength: divide the limits of bolt forces too.")
 @click.option("-o", "--output", type=PATH, help="Folder for limit.vtu; the model's by default.")
 @json_option
 @no_scripts_option

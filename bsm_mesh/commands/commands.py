@@ -107,7 +107,7 @@ def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -
             fall_header(results)[:-1],
             [row[:-1] for row in falls],
         )  # reasons are sentences, too long for a column
-        print_table("What fell and was taken away", header, rows, texts=2)
+        print_table("Blocks that fell and were taken away", header, rows, texts=2)
         for reason in fall_reasons(results):
             say(reason)
     print_table(title, ("", ""), describe(results, verbose=verbose))

@@ -131,7 +131,7 @@ def _meaning(factor: float, which: str) -> str:
     """Return in one sentence what a factor of limit analysis is."""
     if not math.isfinite(factor):
         return (
-            f"No limit: whatever the factor on {which}, statics alone does not prove that blocks move; friction grows "
+            f"No limit: for every factor on {which}, statics alone does not prove that blocks move; friction grows "
             "with it. That is no factor of safety (bsm-mesh safety)."
         )
     return (

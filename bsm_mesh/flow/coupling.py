@@ -211,7 +211,7 @@ class _Turn:
         if stuck:
             at = place(self.flow.wells[stuck[0]].point)
             return (
-                f"flow: what well {listing(k + 1 for k in stuck)} (the first at {at}) puts in cannot leave; give the "
+                f"flow: water of well {listing(k + 1 for k in stuck)} (the first at {at}) cannot leave; give the "
                 "joints around it an outlet (head, seepage, a drain), or remove the well"
             )
         return (

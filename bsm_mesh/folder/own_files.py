@@ -104,7 +104,7 @@ def place_in(folder: Path, name: str, *, itself: bool = False) -> Path:
     if not is_inside(name):
         raise ModelError(f"{name!r} leads out of {folder}; give a name in it")
     if link := link_on_the_way(folder, name, itself=itself):
-        raise ModelError(f"{link} is a link, and what is written there would end elsewhere; remove the link")
+        raise ModelError(f"{link} is a link to another place, and files would be written there; remove the link")
     return folder / name
 
 

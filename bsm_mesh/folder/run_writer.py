@@ -200,8 +200,8 @@ class RunWriter:
         except OSError as error:
             raise ModelError(
                 f"the results are complete, but {self.folder.told(self.folder.running)} cannot take the place of "
-                f"{self.folder.path}: {error.strerror or error}; close what has a file of it open; "
-                "the next run into it ends this"
+                f"{self.folder.path}: {error.strerror or error}; close the program that has a file of "
+                "it open; the next run into it completes this"
             ) from error
         return self.folder.path
 

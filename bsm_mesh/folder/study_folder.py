@@ -70,7 +70,8 @@ class StudyFolder:
         foreign = [entry.name for entry in self._entries() if entry.name != LOCK and not is_draft(entry.name)]
         if foreign:
             raise ModelError(
-                f"{self.path} holds what is of no study ({sorted(foreign)[0]}); choose a new or an empty folder with -o"
+                f"{self.path} holds files that no study wrote ({sorted(foreign)[0]}); choose a new or an empty folder "
+                "with -o"
             )
 
     @contextmanager

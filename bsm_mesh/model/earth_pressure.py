@@ -128,7 +128,7 @@ class EarthPressure:
         if self.state != "at_rest" and abs(self.slope) > math.radians(self.friction) * (1 + 1e-12):
             found.append(
                 f"the surface slopes by {abs(math.degrees(self.slope)):g} degrees, more than friction = "
-                f"{self.friction:g}: such a slope does not stand; give a flatter surface"
+                f"{self.friction:g}: such a slope is unstable; give a flatter surface"
             )
         return found
 

@@ -313,7 +313,7 @@ class Joint:
         left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
         left += stiffness_faults(self.shear_stiffness, self.shear_stiffness_exponent, self.reference_stress, self.law)
         if self.aperture is None and self.residual_aperture > 0:
-            left.append("residual_aperture is what no stress closes of aperture; give aperture too")
+            left.append("residual_aperture is the part of aperture that no stress closes; give aperture too")
         elif self.aperture is not None and self.residual_aperture > self.aperture:
             left.append(
                 f"residual_aperture = {self.residual_aperture:g} m is above aperture = {self.aperture:g} m, and stress "

@@ -234,7 +234,7 @@ def _of_levels(model: Model) -> Iterator[str]:
             lowest = float(blocks.vertices[[*edges, *blocks.following[edges]], 1].min())
             if level < lowest:
                 yield (
-                    f"{place}: head of '{name}' is {lowest - level:.6g} m below all of it: no water comes in "
+                    f"{place}: head of '{name}' is {lowest - level:.6g} m below all of it: no water enters "
                     "there, and it is open to the air"
                 )
 

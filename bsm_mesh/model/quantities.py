@@ -48,7 +48,9 @@ def _members(hint: Any) -> tuple[Any, ...]:
 
 
 # Rocks, joints and fillings.
-NO_LIMIT = "what never fails is a joint without law, or a rock without cohesion, friction and tensile_strength"
+NO_LIMIT = (
+    "for strength without a limit give a joint without law, or a rock without cohesion, friction and tensile_strength"
+)
 UNIT_WEIGHT = Quantity(unit="N/m^3", least=0, most=1e12, usual=(5e3, 5e4), example='"26 kN/m^3"')
 YOUNG = Quantity(unit="Pa", least=1e-6, most=1e18, usual=(1e5, 5e11), example='"20 GPa"')
 POISSON = Quantity(least=0, most=0.499, example="0.25")
@@ -164,16 +166,14 @@ TOLERANCE = Quantity(
 STEPS = Quantity(least=1, most=10**9, whole=True, example="500")
 DISPLACEMENT_LIMIT = Quantity(unit="m", least=1e-9, most=1e6, example='"5 m"')
 PART = Quantity(above=0, most=1, example="1.0")
-SHARE = Quantity(
-    least=0, most=0.25, example="0.01", why="of the mean area; larger blocks are what an engineer asks about"
-)
+SHARE = Quantity(least=0, most=0.25, example="0.01", why="of the mean area; larger blocks matter to an engineer")
 ZONE_SIZE = Quantity(unit="m", least=1e-6, most=1e6, example='"0.5 m"')
 ZONE_ORDER = Quantity(least=1, most=2, whole=True, example="2")
 THREADS = Quantity(least=0, most=4096, whole=True, example="0, all cores")
 WIDTH = Quantity(
     least=1e-4, most=0.2, example="0.005", why="of a bracket over its value; runs differ by more than a narrower one"
 )
-MOVEMENT = Quantity(above=0, most=10, example="0.05", why="of a block's size; what moves less has not failed")
+MOVEMENT = Quantity(above=0, most=10, example="0.05", why="of a block's size; a smaller displacement is no failure")
 TRIALS = Quantity(least=1, most=1000, whole=True, example="40")
 PROCESSES = Quantity(least=1, most=4096, whole=True, example="2")
 

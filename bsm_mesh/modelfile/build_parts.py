@@ -48,7 +48,7 @@ NEEDS_LAW = (
     'is that of its second line: asperities that shear off, with dilation), "barton_bandis" (jrc, jcs, '
     'residual_friction) or "ladanyi_archambault" (friction, dilation, jcs)'
 )
-REASONS = {("patton", "residual_cohesion"): ": what shears off is its cohesion"}
+REASONS = {("patton", "residual_cohesion"): ": the part that shears off is its cohesion"}
 
 
 def make_rock(name: str, table: RockTable) -> Rock:

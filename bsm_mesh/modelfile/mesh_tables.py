@@ -59,7 +59,7 @@ class MeshTable(Table):
     )
     default_joint: str | None = Field(default=None, description="joint of every face without one")
     allow_unused: bool = Field(
-        default=False, description="true: what the file names and is nowhere in the mesh is noted, not an error"
+        default=False, description="true: a name in the file that the mesh does not have is a note, not an error"
     )
 
 

@@ -155,7 +155,7 @@ def sentences(error: ValidationError, root: type[Table] = ModelFile) -> Iterator
             once = f"; write [{path[-1]}], in single brackets, once" if isinstance(given, list) and path else ""
             yield f"{_place(path, root)}: must be a table of keys, not {_shown(given)}{once}"
         elif kind == "list_type" and len(path) == 1:
-            yield f"{_place(path, root)}: may stand more than once: write [[{path[0]}]], in double brackets"
+            yield f"{_place(path, root)}: may be given more than once: write [[{path[0]}]], in double brackets"
         elif kind == "too_short" and path == ["rock"]:
             yield f"[rock]: needs a rock at least{_how_to_give(path, root)}"
         else:

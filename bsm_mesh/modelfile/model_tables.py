@@ -181,7 +181,7 @@ class StageTable(Table):
         default=[1.0], description="parts of the former forces released, one by one"
     )
     water: WaterTable | None = None
-    flow: FlowChangeTable | None = Field(default=None, description="what changes of the flow in the joints")
+    flow: FlowChangeTable | None = Field(default=None, description="changes of the flow in the joints")
     load: list[LoadTable] = Field(default_factory=list)
     strength: dict[str, Annotated[float, q.STRENGTH_FACTOR]] = Field(
         default_factory=dict,
@@ -233,7 +233,7 @@ class OutputTable(Table):
         default=None, description="relative to the model file; default: out/NAME for the model file NAME.toml"
     )
     snapshots: Literal["stages", "steps"] = Field(
-        default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
+        default="stages", description="contents of the PVD files: the end of every stage, or all steps as well"
     )
     tables: bool | Literal["csv", "parquet"] = Field(
         default=False, description="blocks, contacts, supports and joints as tables too: as CSV (true) or Parquet"

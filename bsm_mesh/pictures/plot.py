@@ -73,7 +73,7 @@ def draw_in_subprocess(
     ]
     if animate or step is not None:
         if choice is not None and choice != PictureChoice():
-            raise ModelError("plot: --animate and --step go with no --stage, --window, --only or --with")
+            raise ModelError("plot: --animate and --step exclude --stage, --window, --only or --with")
         module, arguments = "bsm_mesh.pictures.animation", [arguments[0], "" if step is None else str(step)]
     return render(folder, module, *arguments)
 

@@ -67,7 +67,7 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
         return Limit(factor=math.inf, text=text, unproved=found.factor or math.inf)
     text = f"upper bound {found.beyond:.5g} (initial geometry): beyond it no forces within strength balance the loads"
     if found.factor == 0:
-        text = "whatever the strength, no forces balance the loads where the blocks were given: they must move"
+        text = "at any strength, no forces balance the loads where the blocks were given: they must move"
     mechanism = part.in_whole(found.mechanism)
     return Limit(factor=found.factor and found.beyond, text=text, proof=found.proof, mechanism=mechanism)
 

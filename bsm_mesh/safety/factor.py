@@ -211,7 +211,7 @@ def _on_opening(found: Found, limit: Limit) -> tuple[str, ...]:
         return ()
     return (
         f"blocks fall at {1 / LEAST:g} times the strength too, though statics proves nothing below "
-        f"{limit.factor:.4g}: their joints open as they move, and what is open carries no shear; not strength but "
+        f"{limit.factor:.4g}: their joints open as they move, and open joints carry no shear; not strength but "
         "stiffness (normal over shear), in-situ stress and bolts decide",
     )
 

@@ -70,7 +70,7 @@ class Measured:
         elif not rules.faults and not 0 <= self.deviation < abs(self.movement):
             rules.faults.append(
                 f"measured: deviation = {self.deviation:g} m must be 0 or more, and less than the movement of "
-                f"{abs(self.movement):g} m: what may as well be no movement gives no information"
+                f"{abs(self.movement):g} m: a movement within its deviation gives no information"
             )
         raise_faults(rules.faults)
 

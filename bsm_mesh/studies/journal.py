@@ -67,8 +67,8 @@ class Journal:
                 rows.setdefault(told.pop("run"), told)
         if changed:
             raise ModelError(
-                f"{self.path}: line {', '.join(changed[:MOST_TOLD])} is not as this study wrote it; remove what was "
-                "changed, and these runs are done again"
+                f"{self.path}: line {', '.join(changed[:MOST_TOLD])} is not as this study wrote it; remove the "
+                "changed lines, and these runs are done again"
             )
         return rows
 

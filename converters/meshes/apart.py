@@ -73,9 +73,9 @@ _CURE = "it is damaged or not what its ending says; write it again, or save it a
 
 def _reason(code: int, said: str, seconds: int) -> str:
     if code == -_TIME_IS_UP:
-        return f"the reader of this format did not come to an end in {seconds} s; {_CURE}"
+        return f"the reader of this format did not end within {seconds} s; {_CURE}"
     if code == _NO_ROOM:
-        return f"what is read of it cannot be kept in {temporary_place()}; make room there, or set TMPDIR"
+        return f"its contents cannot be kept in {temporary_place()}; make room there, or set TMPDIR"
     if code < 0 or code > 255:  # a signal; on Windows an exception's number
         return f"the reader of this format died of signal {abs(code)}; {_CURE}"
     last = (said.strip().splitlines() or ["no reason given"])[-1]

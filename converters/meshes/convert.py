@@ -179,7 +179,7 @@ def _blocks_of(
     if blocks_from not in get_args(BlocksFrom):
         raise ModelError(f"blocks = '{blocks_from}': must be one of {', '.join(get_args(BlocksFrom))}")
     if not all(isinstance(text, str) for entry in renaming.items() for text in entry):
-        raise ModelError("groups: the names of groups and what they represent must be texts")
+        raise ModelError("groups: the names of groups and their meanings must be texts")
     named = name_groups(cells, renaming, () if marks is None else marks.groups)
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)

@@ -70,7 +70,7 @@ class Block:
         except ValueError as error:
             raise self.fault(f"{error}; numbers are needed") from None
         if not np.isfinite(values).all():
-            raise self.fault("holds what is not finite; numbers are needed")
+            raise self.fault("holds infinite or undefined values; numbers are needed")
         return values
 
     def words(self) -> list[str]:

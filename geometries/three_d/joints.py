@@ -166,7 +166,7 @@ class JointSet:
         if checks.positive("1", persistence=self.persistence) and self.persistence > 1:
             checks.add(f"persistence = {self.persistence} must be above 0 and at most 1")
         if self.density is not None and (self.persistence != 1 or self.origin is not None):
-            checks.add("persistence and origin go with spacing, not with density")
+            checks.add("persistence and origin belong to spacing, not to density")
         checks.raise_faults()
 
     def planes(self, low: FloatArray, high: FloatArray, seed: int) -> Planes:

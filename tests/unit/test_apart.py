@@ -89,7 +89,7 @@ def readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     [
         ("dies", r"a\.bad: the reader of this format died of signal 6; it is damaged"),
         ("raises", r"a\.bad: the reader of this format failed \(KeyError: 'points'\); it is damaged"),
-        ("never_ends", r"a\.bad: the reader of this format did not come to an end in 2 s; it is damaged"),
+        ("never_ends", r"a\.bad: the reader of this format did not end within 2 s; it is damaged"),
         ("eats_memory", r"a\.bad: the reader of this format failed \(MemoryError\)"),
         ("refuses", "2 faults:\n  - one\n  - two"),
     ],
@@ -107,7 +107,7 @@ def test_an_answer_that_finds_no_room(tmp_path: Path, readers: Any, monkeypatch:
     places = [Path("/dev/full"), tmp_path / "said"]
     (tmp_path / "said").touch()
     monkeypatch.setattr(apart, "unnamed_file", lambda: places.pop(0).open("r+b", buffering=0))
-    with pytest.raises(ModelError, match=r"what is read of it cannot be kept in .*make room there, or set TMPDIR"):
+    with pytest.raises(ModelError, match=r"its contents cannot be kept in .*make room there, or set TMPDIR"):
         apart.read_apart(readers.finds_much, tmp_path / "a.bad")
 
 

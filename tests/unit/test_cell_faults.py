@@ -45,7 +45,7 @@ def moved(x: float) -> np.ndarray:
         ({"cell_sets": {5: [[0], None]}}, "the name 5 of a group or of cell data is no text"),
         ({"cell_data": {"a": [np.arange(3), np.arange(2)]}}, "cell data 'a' has [3, 2] values for blocks of [4, 2]"),
         ({"cells": [("quad", [[0, 1, 2]])], "cell_sets": {}}, "quad elements of 3 nodes; they need 4 at least"),
-        ({"groups": {5: "rock:r"}}, "the names of groups and what they represent must be texts"),
+        ({"groups": {5: "rock:r"}}, "the names of groups and their meanings must be texts"),
     ],
 )
 def test_faulty_arrays(given: dict[str, Any], says: str) -> None:

@@ -63,7 +63,7 @@ FAULTS = {
     ),
     "residual alone": (
         lambda: bsm.Joint("J", 1e9, 1e9, residual_aperture=2e-4),
-        "residual_aperture is what no stress closes of aperture; give aperture too",
+        "residual_aperture is the part of aperture that no stress closes; give aperture too",
     ),
     "no boundary": (
         lambda: bricks(flow=bsm.Flow(head={"lef": 2.0})),
@@ -106,7 +106,7 @@ def test_faults_are_told_with_their_cure(name: str) -> None:
 def test_levels_that_let_no_water_in_are_noted() -> None:
     lowered = bsm.Stage(name="low", flow=bsm.FlowChange(head={"top": 2.0}))
     notes = notes_of(bricks(flow=bsm.Flow(head={"left": 0.0, "top": 3.0}), stages=[lowered]))
-    text = "stage 'low': flow: head of 'top' is 1 m below all of it: no water comes in there, and it is open to the air"
+    text = "stage 'low': flow: head of 'top' is 1 m below all of it: no water enters there, and it is open to the air"
     assert [note for note in notes if "head of" in note] == [text]
 
 
@@ -121,7 +121,7 @@ NO_FLOW = {
     ),
     "no outlet": (
         {"head": {}, "wells": (bsm.Well(point=(4, 1), discharge=-1e-6),)},
-        "what well 1 (the first at (4, 1)) puts in cannot leave",
+        "water of well 1 (the first at (4, 1)) cannot leave",
     ),
 }
 

@@ -173,7 +173,7 @@ def test_out_of_room_at_operations(
             said, refused = str(error), refused + 1
         if said:
             assert "No space left on device" in said
-            assert "free space there" in said or "the next run into it ends this" in said
+            assert "free space there" in said or "the next run into it completes this" in said
             which(out, old, new)
         else:
             assert which(out, old, new) == "new"

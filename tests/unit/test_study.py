@@ -271,7 +271,7 @@ def test_changed_answers_and_changed_code_are_noticed(done: Case, monkeypatch: p
 
 def test_what_is_of_no_study_is_never_replaced(study: Case) -> None:
     study.write("mine/notes.txt", "mine")
-    study.refuses("study", "study.toml", "-o", "mine", "-q", says=["mine holds what is of no study (notes.txt)"])
+    study.refuses("study", "study.toml", "-o", "mine", "-q", says=["mine holds files that no study wrote (notes.txt)"])
     study.refuses("study", "study.toml", "-o", "mine/notes.txt", "-q", says=["is not a folder"])
 
 

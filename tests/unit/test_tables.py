@@ -97,7 +97,7 @@ def test_what_fell_and_what_is_compared_is_told_whole(case: Case) -> None:
     text = without_bolts((case.folder / "mine/model.toml").read_text(encoding="utf-8"))
     case.write("mine/model.toml", text + '\n[falls]\non_fall = "remove"\n')
     said = case.run("run", "mine/model.toml", "-q").out
-    table = said[said.index("What fell and was taken away") : said.index("stage heading")]
+    table = said[said.index("Blocks that fell and were taken away") : said.index("stage heading")]
     assert all(len(line) <= 80 for line in table.splitlines())
     assert "…" not in said
     assert ": blocks 92, 94: " in said
@@ -109,5 +109,5 @@ def test_what_fell_and_what_is_compared_is_told_whole(case: Case) -> None:
 @pytest.mark.parametrize(("asked", "on"), [((), "weights and loads"), (("--load", "1"), "load 1")])
 def test_a_limit_says_what_it_is(case: Case, asked: tuple[str, ...], on: str) -> None:
     outcome = case.run("limit", "model.toml", *asked)
-    assert f"No limit: whatever the factor on {on}, statics alone does not prove" in outcome.out
+    assert f"No limit: for every factor on {on}, statics alone does not prove" in outcome.out
     assert "That is no factor of safety" in outcome.out

@@ -98,7 +98,7 @@ def test_roof_prism_that_no_strength_holds(share, holds):
     found = factor_of_safety(replace(case, stress=share * least).model())
     assert found.limit.factor == pytest.approx(tan(case.friction) / tan(case.apex), rel=1e-4)
     assert (found.stable is not None) == holds
-    assert any("what is open carries no shear" in note for note in found.notes) != holds
+    assert any("open joints carry no shear" in note for note in found.notes) != holds
 
 
 def prism(apex, ratio, share):

@@ -190,7 +190,7 @@ def test_rock_faces_are_divided_or_left():
     rock = bsm.Rock("rock", unit_weight=25e3, cohesion=1e5, friction=0.0, tensile_strength=1e6, young=1e9, poisson=0.2)
     model = model_of([square(0, 0), rectangle(1, 0, 1.5, 1)]).replace(rocks=(rock,), joints=(), default_joint=None)
     assert_is(model, 1e5 / 12.5e3)
-    with pytest.raises(bsm.ModelError, match="no contact of what was chosen has a strength"):
+    with pytest.raises(bsm.ModelError, match="no chosen contact has a strength"):
         strength_limit(model, rocks=False)
 
 

@@ -194,5 +194,5 @@ def forces_in_space(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> t
         faults.append(f"block {int(off.argmax())} is out of balance by {residual.max():.1e} of the reference weight")
     if stage["ground"] == "best state":
         worst = int(residual.argmax())
-        text = f"block {worst} lacks {residual[worst]:.1e} of the reference weight; {stage['reason']}"
+        text = f"block {worst} is out of balance by {residual[worst]:.1e} of the reference weight; {stage['reason']}"
     return text + own_laws(stage, a), faults, off > allowed

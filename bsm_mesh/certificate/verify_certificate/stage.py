@@ -73,7 +73,8 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
     faults += [] if small else stiffness_faults(a)
     if stage["ground"] == "best state":
         worst = int(residual.argmax())
-        text = f"block {worst} lacks {residual[worst]:.1e} of the reference weight ({told['tolerance']:.0e} is allowed)"
+        text = f"block {worst} is out of balance by {residual[worst]:.1e} of the reference weight"
+        text += f" ({told['tolerance']:.0e} is allowed)"
         return f"{text}; {stage['reason']}", faults
     if stage["verdict"] == "unstable":
         text, found = movement(stage, a, residual - rounding > told["tolerance"])

@@ -96,7 +96,7 @@ class LimitProgram:
     def __init__(self, model: Model) -> None:
         if model.flow is not None:
             raise ModelError(
-                "limit analysis: water flows in the joints, and what it presses with is known only once they have "
+                "limit analysis: water flows in the joints, and its pressure is known only once they have "
                 "closed and opened; give [water] instead of [flow], or run the model"
             )
         self.blocks = model.blocks

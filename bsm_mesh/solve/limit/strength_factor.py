@@ -176,7 +176,7 @@ class _Search:
         self.failed: Shortfall | None = None
 
     def _nothing(self) -> str:
-        text = "limit analysis: no contact of what was chosen has a strength that could be divided"
+        text = "limit analysis: no chosen contact has a strength that could be divided"
         return f"{text}; choose joints with a law, rocks with strength, or bolts"
 
     def _at(self, part: float) -> LimitProgram:

@@ -21,7 +21,9 @@ def is_all_rigid(model: Model) -> bool:
 def refuse(model: Model, joints: bool) -> None:
     """Raise for models that the continuum cannot solve, with interfaces at joints or without."""
     if model.flow is not None:
-        raise ModelError("the continuum knows no flow in joints; set a model with [water] instead of [flow] beside it")
+        raise ModelError(
+            "the continuum knows no flow in joints; compare it with a model with [water] instead of [flow]"
+        )
     for stage in model.stages:
         if stage.shaking is not None:
             raise ModelError(f"the continuum is at rest, and stage '{stage.name}' is shaken; remove this stage")
