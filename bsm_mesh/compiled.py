@@ -152,7 +152,7 @@ def _names(code: CodeType) -> set[str]:
 
 
 def _code(code: CodeType, words: str | None = None) -> tuple[Any, ...]:
-    """Return what a function does, without its docstring."""
+    """Return the code of a function, without its docstring."""
     parts = [part for part in code.co_consts if words is None or part != words]
     constants = [_code(part) if isinstance(part, CodeType) else _text(part) for part in parts]
     return code.co_code, code.co_names, code.co_varnames, code.co_freevars, constants

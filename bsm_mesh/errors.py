@@ -1,4 +1,4 @@
-"""What is raised when the input is wrong."""
+"""Exceptions for faulty input."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def numbered(noun: str, ids: Iterable[int], most: int = 8) -> str:
-    """Return a noun with the numbers of what it names.
+    """Return a noun with the numbers of its things.
 
     Examples
     --------

@@ -9,7 +9,7 @@ from typing import Any
 
 
 def give_back() -> None:
-    """Give back what is free on the heap, where the C library keeps it: glibc does.
+    """Give back the free memory of the heap, where the C library keeps it: glibc does.
 
     Polygons in GEOS leave much, and arrays up to 32 MB, which it puts between others that stay. Larger ones find little
     place there: they are mapped anew, and leave nothing.

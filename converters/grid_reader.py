@@ -94,7 +94,7 @@ atexit.register(_process.close)
 
 
 def read_arrays(content: bytes, path: Path) -> tuple[Content, dict[str, npt.NDArray[Any]]]:
-    """Return what a VTU file says and its arrays.
+    """Return the description of a VTU file and its arrays.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is raised when a geometry cannot be built. Of `bsm_mesh` only what reads, writes and shows texts is needed."""
+"""Exceptions of geometries that cannot be built. Of `bsm_mesh` only what reads, writes and shows texts is needed."""
 
 from __future__ import annotations
 

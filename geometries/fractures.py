@@ -22,7 +22,7 @@ FARTHEST = 1e12  # m; as for traces
 
 @dataclass(slots=True)
 class _File:
-    """What a .fab file says: its unit, the names of its sets, its fractures one after the other."""
+    """Contents of a .fab file: its unit, the names of its sets, its fractures one after the other."""
 
     unit: float = 1.0
     names: dict[int, str] = field(default_factory=dict)

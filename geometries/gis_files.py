@@ -24,7 +24,7 @@ OURS = "lines"  # what GDAL knows the file by: the layer of a shapefile is calle
 
 
 def lines_of_gis(file: Path, scale: float | None) -> TraceLines:
-    """Return the lines of every set, and what was left out.
+    """Return the lines of every set, and the omissions.
 
     The field ``set`` or ``name`` (in any case) names the set of a line, else the name of its layer.
 

@@ -1,4 +1,4 @@
-"""Stereonets of a kinematic screening: a net for each movement, with what it permits."""
+"""Stereonets of a kinematic screening: a net for each movement, with its zone."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from enum import StrEnum
 
 
 class GroupKind(StrEnum):
-    """What a physical group represents."""
+    """Meaning of a physical group."""
 
     ROCK = "rock"
     EXCAVATION = "excavation"

@@ -92,7 +92,7 @@ def load_gmsh() -> ModuleType:
 
 @contextlib.contextmanager
 def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = None) -> Iterator[Any]:
-    """Open Gmsh with an empty model, give the module gmsh, and close what was opened.
+    """Open Gmsh with an empty model, give the module gmsh, and close it at the end.
 
     Inside a caller's own, already initialised Gmsh, the session adds a model and removes only that
     one, and puts back the current model and the options it changed. Other threads wait for their turn.

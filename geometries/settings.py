@@ -1,4 +1,4 @@
-"""What a case's ``build`` takes, read from its signature and docstring, and values from text.
+"""Parameters of a case's ``build``, read from its signature and docstring, and values from text.
 
 ``--set radius=2.5`` on a command line gives texts; the annotation of the parameter says what they are.
 """

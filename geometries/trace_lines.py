@@ -35,7 +35,7 @@ class Unit(NamedTuple):
 
 @dataclass(slots=True)
 class TraceLines:
-    """What is found in a file of lines.
+    """Contents of a file of lines.
 
     Attributes
     ----------

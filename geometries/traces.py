@@ -90,7 +90,7 @@ def read_traces(
 
 
 def _known(sets: Mapping[str, object], left_out: str) -> str:
-    """Return which sets a file has, and what it has else."""
+    """Return the sets of a file, and its other contents."""
     said = [f"known: {', '.join(sorted(sets))}"] if sets else []
     return f" ({'; '.join([*said, *([f'left out: {left_out}'] if left_out else [])])})" if said or left_out else ""
 

@@ -72,7 +72,7 @@ def certificate(results: Results) -> dict[str, Any]:
 
 
 def ground_of(stage: StageResult) -> str:
-    """Return on what the verdict of a stage rests."""
+    """Return the ground of the verdict of a stage."""
     if stage.status.is_at_rest:
         return "equilibrium"
     if stage.status is not Status.UNSTABLE:

@@ -47,7 +47,7 @@ def analyse_back(
 
 
 def table_rows(found: BackAnalysis) -> list[tuple[str, ...]]:
-    """Return what the command prints of every measurement."""
+    """Return the printed rows of every measurement."""
     return [
         (
             f"({each.measured.point[0]:g}, {each.measured.point[1]:g}), {each.measured.component}",

@@ -146,7 +146,7 @@ def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:
 
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
-    """Build a geometry into a mesh file and say what is in it."""
+    """Build a geometry into a mesh file and report its contents."""
     from bsm_mesh.converters import read_mesh
     from bsm_mesh.geometries.cases import find_case, parse_settings
 

@@ -66,7 +66,7 @@ def _free(loaded: LoadedSpace) -> list[str]:
 
 
 def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
-    """Return what may be a slip, or limits the answer."""
+    """Return notes on possible slips and on limits of the answer."""
     bare = [joint.name for joint in loaded.joints if joint.law is None]
     held = int(found.held.sum())
     notes = [f"joint '{name}' has no strength (law, friction): nothing slides on it" for name in bare]

@@ -131,7 +131,7 @@ def _told_sets(found: Kinematics, means: Kinematics) -> dict[str, Any]:
 
 
 def _told_lines(means: Kinematics) -> list[dict[str, Any]]:
-    """Return of every pair of sets the line of their mean planes, and what it permits."""
+    """Return of every pair of sets the line of their mean planes, and the movements that it permits."""
     return [
         {
             "sets": [means.sets[means.first[k]], means.sets[means.second[k]]],

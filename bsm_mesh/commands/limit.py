@@ -31,7 +31,7 @@ def analyse_limit(
     as_json: bool,
     scripts: bool = True,
 ) -> None:
-    """Run linear programs on a model file, print what they say and prove, and write the mechanism."""
+    """Run linear programs on a model file, print their answers and proofs, and write the mechanism."""
     if bool(numbers) + bool(tilt) + strength > 1:
         raise ModelError("limit: give one of --load, --tilt and --strength")
     if not strength and (joints or bolts or rocks is not None):
@@ -128,7 +128,7 @@ def _admitted(found: LimitAnalysis) -> str:
 
 
 def _meaning(factor: float, which: str) -> str:
-    """Return in one sentence what a factor of limit analysis is."""
+    """Return the meaning of a factor of limit analysis, in one sentence."""
     if not math.isfinite(factor):
         return (
             f"No limit: for every factor on {which}, statics alone does not prove that blocks move; friction grows "

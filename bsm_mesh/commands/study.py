@@ -127,7 +127,7 @@ def study_command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Run a study and print what it says."""
+    """Run a study and print its answers."""
     with Progress(quiet=quiet or as_json) as progress:
         done = run_study(
             path, output, processes=processes, scheduler=scheduler, scripts=scripts, report=progress.report

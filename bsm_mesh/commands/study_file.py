@@ -1,4 +1,4 @@
-"""The study file read: which model, which keys vary and how, what is asked of every run."""
+"""The study file read: which model, which keys vary and how, the task of every run."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class SafetyTable(Table):
 
 
 class StudyFile(Table):
-    """A bsm-mesh study file: a model, the keys of it that vary, and what is asked of every run."""
+    """A bsm-mesh study file: a model, its keys that vary, and the task of every run."""
 
     model: PathText = Field(description="the model file, relative to this one")
     title: str = ""

@@ -1,4 +1,4 @@
-"""What is done in every run of a study: the model with its values, solved or bracketed, and the outcome of it."""
+"""The task of every run of a study: the model with its values, solved or bracketed, and the outcome of it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from bsm_mesh.studies.table import FAILED
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StudyWork:
-    """What is done in every run; a run depends on its number and its values alone.
+    """The task of every run; a run depends on its number and its values alone.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class StudyWork:
 
 
 def work_of(study: Study, key: str) -> StudyWork:
-    """Return what is done in every run of a study, known by a key."""
+    """Return the task of every run of a study, known by a key."""
     return StudyWork(
         key=key,
         variation=study.variation,
@@ -123,7 +123,7 @@ def failed(why: str) -> dict[str, Any]:
 
 
 def told_of(results: Results) -> dict[str, Any]:
-    """Return what a table says of results: of their last stage."""
+    """Return the row of a table for results: of their last stage."""
     stage, down = results.stages[-1], results.unstable_blocks
     return {
         "status": results.status.value,

@@ -1,4 +1,4 @@
-"""Hydraulic apertures from what the blocks do: without stress, less closure, plus opening and dilation."""
+"""Hydraulic apertures from the displacements of blocks: without stress, less closure, plus opening and dilation."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class Frame:
 
     @property
     def label(self) -> str:
-        """What a person calls it: the stage, and the step or the verdict."""
+        """Its name for a reader: the stage, and the step or the verdict."""
         stage = named_stage(self.stage_name or str(self.stage))
         return f"{stage}: {self.verdict}" if self.step is None else f"{stage}, step {self.step + 1}"
 

@@ -30,7 +30,7 @@ CHANGED = {  # entries of an identity, and what it means that they differ
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class TakenUp:
-    """What an interrupted run left.
+    """Remains of an interrupted run.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ def identity_of(model: Model, options: Options, snapshots: str) -> dict[str, Any
 
 
 def take_up(folder: ResultsFolder, identity: dict[str, Any]) -> TakenUp | None:
-    """Return what an interrupted run into a folder left; None where none did, and the run begins at the start.
+    """Return the remains of an interrupted run into a folder; None if there are none, and the run begins at the start.
 
     Raises
     ------

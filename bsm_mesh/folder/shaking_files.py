@@ -58,7 +58,7 @@ def _write_times(results: Results, folder: Path) -> None:
 
 
 def shaking_summary(shaking: ShakingResult) -> dict[str, Any]:
-    """Return what the summary keeps of a stage that is shaken."""
+    """Return the entries of the summary for a shaken stage."""
     return {name: getattr(shaking, name) for name in SCALARS} | {"slip_energy": shaking.slip_energy.tolist()}
 
 

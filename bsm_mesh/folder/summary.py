@@ -1,4 +1,4 @@
-"""summary.json: what a run came to, and the checksum of every file that it wrote."""
+"""summary.json: the outcome of a run, and the checksum of every file that it wrote."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
 
 
 def flow_summary(flow: FlowResult) -> dict[str, Any]:
-    """Return what the summary keeps of a flow."""
+    """Return the entries of the summary for a flow."""
     return {
         "through": flow.through,
         "leaving": dict(zip(flow.places, flow.leaving.tolist(), strict=True)),

@@ -25,7 +25,7 @@ HELD, FAILED = 0, 3  # exit codes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ground:
-    """On what the verdict of a stage rests.
+    """Ground of the verdict of a stage.
 
     Attributes
     ----------

@@ -42,7 +42,7 @@ class BoltCurve:
 
 
 def pull_bolt(bolt: Bolt, displacement: float, *, inclination: float = 0.0, steps: int = STEPS) -> BoltCurve:
-    """Return what a bolt does whose joint opens.
+    """Return the response of a bolt whose joint opens.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def pull_bolt(bolt: Bolt, displacement: float, *, inclination: float = 0.0, step
 
 
 def shear_bolt(bolt: Bolt, displacement: float, *, inclination: float = 0.0, steps: int = STEPS) -> BoltCurve:
-    """Return what a bolt does whose joint is sheared by a displacement [m], the rest as `pull_bolt` takes it."""
+    """Return the response of a bolt whose joint is sheared by a displacement [m], the rest as `pull_bolt` takes it."""
     return _tested("bolt sheared", bolt, displacement, inclination, steps, axis=0)
 
 

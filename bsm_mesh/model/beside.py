@@ -31,7 +31,7 @@ QUANTITIES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Beside:
-    """A value at the end of a stage, compared with what a run finds of a history.
+    """A value at the end of a stage, compared with a history of a run.
 
     Attributes
     ----------

@@ -98,7 +98,7 @@ class Grout:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlowChange:
-    """What a stage changes of the flow; all else stays.
+    """Changes of the flow by a stage; all else stays.
 
     Attributes
     ----------

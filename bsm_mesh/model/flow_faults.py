@@ -1,4 +1,4 @@
-"""What is wrong with a model's flow: joints without an aperture, boundaries that are none, levels off the model."""
+"""Faults of a model's flow: joints without an aperture, boundaries that are none, levels off the model."""
 
 from __future__ import annotations
 

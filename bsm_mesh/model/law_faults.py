@@ -1,4 +1,4 @@
-"""What is wrong with how a joint law answers: it may be of the user's own."""
+"""Faults in the response of a joint law, which may be of the user's own."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ class Model:
         return doors.plot_model(self, window, figure)
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows of it; None of polyhedra: their text."""
+        """Return its table for a notebook; None for polyhedra, which have a text."""
         return None if in_space(self.blocks) else doors.model_html(self)
 
     @property

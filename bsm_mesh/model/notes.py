@@ -27,7 +27,7 @@ SMALLEST, GREATEST = 0.1, 2e3  # m: beyond specimens and the greatest slopes (1 
 
 
 def notes_of(model: Model, *, fails: bool = True) -> list[str]:
-    """Return what a reader should know of a model before he trusts its verdict, a sentence each.
+    """Return notes on a model that limit the trust in its verdict, a sentence each.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ class Moments:
 
     @property
     def bulk(self) -> FloatArray:
-        """Area of every polygon [m2]; of polyhedra the volume: what a unit weight is multiplied by."""
+        """Area of every polygon [m2]; of polyhedra the volume: the factor of a unit weight."""
         return self.area
 
     @property

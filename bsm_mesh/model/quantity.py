@@ -73,19 +73,19 @@ class Quantity:
 
     @property
     def usual_span(self) -> str:
-        """What is usual in words, with its unit; empty where anything is."""
+        """The usual range in words, with its unit; empty where anything is usual."""
         if self.usual is None:
             return ""
         return f"{shown(self.usual[0])} to {shown(self.usual[1])} {self.unit}".rstrip()
 
     @property
     def rule(self) -> str:
-        """What a number must be, and why."""
+        """The rule of a number, and its reason."""
         return self._rule("")
 
     @property
     def rule_in_file(self) -> str:
-        """What a number of a model file must be, how it is given, and why."""
+        """The rule of a number of a model file, its form, and its reason."""
         return self._rule(f", for example {self.example}")
 
     def _rule(self, example: str) -> str:

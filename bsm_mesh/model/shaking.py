@@ -133,7 +133,7 @@ class Shaking:
             raise_faults([f"shaking: every = {self.every:g} s is longer than the {self.length:g} s that are followed"])
 
     def _waveform_faults(self) -> list[str]:
-        """Return what is missing for the waveform, or too much."""
+        """Return the missing and the surplus values of the waveform."""
         needed = {"frequency": self.frequency, "amplitude": self.amplitude}
         faults = [f"shaking: waveform needs {name}" for name, value in needed.items() if value is None]
         if self.waveform == "ricker" and self.cycles is not None:

@@ -1,4 +1,4 @@
-"""What a model cannot begin with, told from the input alone; a run refuses it, and so does ``bsm-mesh check``."""
+"""Faults of a model that prevent a run, from the input alone; a run refuses them, and so does ``bsm-mesh check``."""
 
 from __future__ import annotations
 

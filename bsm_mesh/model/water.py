@@ -53,7 +53,7 @@ class HeadPlane:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Water:
-    """Water tables, and what the water beneath them weighs.
+    """Water tables, and the weight of the water beneath them.
 
     Attributes
     ----------

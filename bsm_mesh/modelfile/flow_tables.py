@@ -1,4 +1,4 @@
-"""The model file's tables of flow in the joints, and what they make."""
+"""The model file's tables of flow in the joints, and their part of the model."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class FlowPartsTable(Table):
 
 
 class FlowChangeTable(FlowPartsTable):
-    """What a stage changes of the flow; all else stays."""
+    """Changes of the flow by a stage; all else stays."""
 
     closed: list[str] = Field(default_factory=list, description="boundaries that let no water through from now on")
 
@@ -70,7 +70,7 @@ def make_flow(table: FlowTable) -> Flow:
 
 
 def make_flow_change(table: FlowChangeTable, place: str) -> FlowChange:
-    """Return what a stage changes of the flow."""
+    """Return the changes of the flow by a stage."""
     with placed(place):
         return FlowChange(**_parts(table), closed=tuple(table.closed))
 

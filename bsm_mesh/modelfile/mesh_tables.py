@@ -1,4 +1,4 @@
-"""What the model file says of the mesh: where it comes from, boundaries by place, lines laid over it."""
+"""The mesh in the model file: its source, boundaries by place, lines laid over it."""
 
 from __future__ import annotations
 

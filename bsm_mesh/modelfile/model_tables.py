@@ -172,7 +172,7 @@ class ShakingTable(Table):
 
 @keys_of(Stage, without=("loads", "gravity_trend", "shaking"))
 class StageTable(Table):
-    """A stage: what is taken away, put back and changed."""
+    """A stage: excavation, fill and changes."""
 
     name: str
     excavate: list[Region] = Field(default_factory=list, description="groups, block numbers, polygons")

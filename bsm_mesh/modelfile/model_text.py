@@ -60,7 +60,7 @@ def as_run(content: Content, notes: tuple[str, ...] = ()) -> str:
 
 
 def files_of_model(model: Model, options: Options) -> Given:
-    """Return the files that say what was run: the model, and its blocks as a mesh of polygons.
+    """Return the files of the input of a run: the model, and its blocks as a mesh of polygons.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a model file may do: run a geometry script and name any path, or neither (``--no-scripts``).
+"""Permissions of a model file: run a geometry script and name any path, or neither (``--no-scripts``).
 
 There are two states and no sandbox. A model file may do anything that its user may, or it runs no script and reads only
 files in its folder. Scripts are the default, since geometries are made by them.

@@ -13,7 +13,7 @@ from bsm_mesh.model.quantity import Quantity, convert, schema_of
 
 @dataclass(frozen=True, slots=True)
 class Each:
-    """What every entry of a list is a number of."""
+    """Quantity of every entry of a list."""
 
     quantity: Quantity
 

@@ -1,4 +1,4 @@
-"""Runs of a study on processes of this machine; what a scheduler is, for others that take their place."""
+"""Runs of a study on processes of this machine; the interface of a scheduler, for others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Work(Protocol):
 
     @property
     def key(self) -> str:
-        """What the work is known by."""
+        """Key of the work."""
 
     def __call__(self, run: int, values: Mapping[str, Value]) -> dict[str, Any]:
         """Return the outcome of a run, of plain values; what goes wrong in it is an answer too."""

@@ -1,4 +1,4 @@
-"""What a study says: how likely failure is, how the answers scatter, and which key decides."""
+"""Answers of a study: the probability of failure, how the answers scatter, and which key decides."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def _range(least: float, most: float) -> str:
 
 
 def remarks(answer: Newmark) -> list[str]:
-    """Return what a reader should know, a sentence each."""
+    """Return notes for the reader, a sentence each."""
     found = [f"Greatest horizontal acceleration of the record: {answer.peak:.4g} g."]
     found += [f"{side.side}: {note}." for side in answer.sides for note in side.limit.notes]
     found += [f"{side.side}: trials without a verdict leave a wide range." for side in _undecided(answer)]

@@ -1,4 +1,4 @@
-"""What a person sees while a command works: a bar on a terminal, plain lines when piped. All on stderr."""
+"""Signs of progress while a command works: a bar on a terminal, plain lines when piped. All on stderr."""
 
 from __future__ import annotations
 

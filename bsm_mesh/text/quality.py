@@ -284,7 +284,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _meanings(limits: dict[str, float]) -> dict[str, str]:
-    """Return in words what is poor about the blocks of each list."""
+    """Return in words the fault of the blocks of each list."""
     return {
         "tiny": f"tiny blocks (area below {limits['tiny']:g} of the median)",
         "thin": f"thin blocks (4 pi A / outline^2 below {limits['thin']:g})",

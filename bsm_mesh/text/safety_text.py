@@ -16,7 +16,7 @@ def _value(value: float | None, unit: str = "") -> str:
 
 
 def answer_rows(answer: Safety) -> list[tuple[str, str]]:
-    """Return what the command prints."""
+    """Return the printed lines."""
     return rows_of(told_of(answer))
 
 
@@ -51,7 +51,7 @@ def rows_of(told: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def spread_rows(answer: Safety) -> list[tuple[str, ...]]:
-    """Return what the command prints of the other starts."""
+    """Return the printed lines on the other starts."""
     return [(text, _value(each.stable), _value(each.unstable)) for text, each in answer.spread]
 
 

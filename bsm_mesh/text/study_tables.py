@@ -1,4 +1,4 @@
-"""What the command ``study`` prints: how often it fails, how the answers scatter, which key decides."""
+"""Printed tables of the command ``study``: probability of failure, scatter of the answers, and the key that decides."""
 
 from __future__ import annotations
 

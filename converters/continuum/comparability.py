@@ -25,7 +25,7 @@ MAY_MOVE_FAR = ("linear",)  # schemes whose displacements are small by definitio
 
 
 class Comparability(StrEnum):
-    """What a stage can be compared with."""
+    """Classes of comparison of a stage."""
 
     COMPARABLE = "comparable"
     WITH_INTERFACES = "with interfaces"

@@ -38,7 +38,7 @@ class ComparedStage:
 
     @property
     def sentence(self) -> str:
-        """What a reader should know."""
+        """Notes for the reader."""
         return f"Not comparable: {self.reason}." if self.comparison is None else self.comparison.sentence
 
 

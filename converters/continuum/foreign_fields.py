@@ -123,7 +123,7 @@ def plane_fields(result: ForeignResult, names: FieldNames) -> PlaneFields:
 
 
 def length_factor(result: ForeignResult, names: FieldNames) -> float:
-    """Return by what the nodes of a result are to be multiplied to be in metres.
+    """Return the factor of the nodes of a result to metres.
 
     Raises
     ------

@@ -27,7 +27,7 @@ FALLING = 0.9  # ratio of two changes, above which there is no limit to extrapol
 
 
 class Level(NamedTuple):
-    """One refinement of the continuum: its size, what came out, and what it changed.
+    """One refinement of the continuum: its size, its results and their changes.
 
     Attributes
     ----------

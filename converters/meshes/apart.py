@@ -38,7 +38,7 @@ ARRAYS = ("points", "corners", "offsets", "numbers", "pieces")
 
 
 def read_apart(read: Callable[[Path], Found], path: Path) -> Found:
-    """Return what a reader finds in a file, read in a process of its own.
+    """Return the contents of a file, read in a process of its own.
 
     Parameters
     ----------

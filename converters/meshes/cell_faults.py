@@ -1,4 +1,4 @@
-"""What is wrong with elements, groups and cell data as given, a sentence each."""
+"""Faults of elements, groups and cell data, a sentence each."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def read_mesh(
     blocks: BlocksFrom = "elements",
     marks: Marks | None = None,
 ) -> tuple[Blocks, MeshReport]:
-    """Return the blocks of a mesh file and the report of what was found, corrected and left out.
+    """Return the blocks of a mesh file and the report of findings, corrections and omissions.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ GREATEST = 2**53  # number of a node or element
 
 @dataclass(slots=True)
 class _Model:
-    """What a file holds; names of parts and instances in capitals."""
+    """Contents of a file; names of parts and instances in capitals."""
 
     parts: dict[str, Part] = field(default_factory=dict)
     assembly: Part = field(default_factory=Part)  # or the whole file
@@ -85,7 +85,7 @@ def read_inp(path: Path) -> MeshCells:
 
 
 def _model(path: Path) -> _Model:
-    """Return what the keywords say."""
+    """Return the contents of the keywords."""
     model, faults = _Model(), list[str]()
     now, around = model.assembly, dict[str, Block]()
     for block in read_blocks(path):
@@ -142,7 +142,7 @@ def _keep(block: Block, part: Part) -> None:
 
 
 def _shift(block: Block) -> FloatArray:
-    """Return by what an instance is shifted, (3,)."""
+    """Return the shift of an instance, (3,)."""
     values, shift = block.numbers(), np.zeros(3)
     if len(values) > 3:
         raise block.fault("is turned; turn the mesh itself (a translation alone is read)")

@@ -51,7 +51,7 @@ Entity = tuple[int, int]  # dimension, tag
 
 @dataclass(slots=True)
 class MshContent:
-    """What the sections of a file of MSH 4.1 give.
+    """Contents of the sections of a file of MSH 4.1.
 
     Attributes
     ----------

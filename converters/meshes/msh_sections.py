@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 
 class Kind(Enum):
-    """What a number in the file is."""
+    """Kind of a number in the file."""
 
     INT = "i4"
     SIZE = "size"

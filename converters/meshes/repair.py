@@ -41,7 +41,7 @@ class Repaired:
 def repair_blocks(
     blocks: Blocks, find_slivers: FindSlivers, *, snap: float = 0.0, across_joints: bool = False
 ) -> Repaired:
-    """Return blocks without slivers, and what was changed.
+    """Return blocks without slivers, and the changes.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def repair_blocks(
 
 
 def snap_corners(blocks: Blocks, distance: float) -> tuple[Blocks, list[str]]:
-    """Return the blocks with corners nearer than `distance` made one, and what was changed.
+    """Return the blocks with corners nearer than `distance` made one, and the changes.
 
     Blocks that are left with fewer than three corners, or no area, vanish.
     """

@@ -1,4 +1,4 @@
-"""What the conversion of a mesh found, corrected and left out."""
+"""Findings, corrections and omissions of the conversion of a mesh."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bsm_mesh.errors import counted, place
 
 
 class NoteKind(StrEnum):
-    """What a note is about."""
+    """Subject of a note."""
 
     READER = "remark of the file reader"
     PLANE = "plane other than xy"

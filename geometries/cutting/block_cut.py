@@ -72,7 +72,7 @@ class JointAccount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What cut the rock, why that, and what it joined.
+    """The tool that cut the rock, its reason, and the joined pieces.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Mechanisms: what they prove by virtual work."""
+"""Mechanisms and their proof by virtual work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joint laws, one a file: what each carries in shear under its pressure, and what it remembers (`law`)."""
+"""Joint laws, one a file: their shear strength under a pressure, and their memory (`law`)."""
 
 from typing import Any
 

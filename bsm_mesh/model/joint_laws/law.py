@@ -1,4 +1,4 @@
-"""What a joint law is: how much shear a contact carries under its pressure, and what it remembers.
+"""Joint laws: how much shear a contact carries under its pressure, and its memory.
 
 Laws take and return the magnitude of the shear force; its direction, a sign in the plane, stays with the contact.
 
@@ -24,7 +24,7 @@ BEYOND_STRENGTH = 1e300  # N/m: trial shear of what slips for certain; times a f
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JointResponse:
-    """What a law answers.
+    """Response of a joint law.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class JointResponse:
 
 
 class JointLaw(Protocol):
-    """A law for the shear force of contacts: what every scheme asks of it."""
+    """A law for the shear force of contacts, as every scheme uses it."""
 
     def respond(
         self, pressure: FloatArray, trial_shear: FloatArray, length: FloatArray, failed: BoolArray

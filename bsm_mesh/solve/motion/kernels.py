@@ -41,7 +41,7 @@ def advance(
     Parameters
     ----------
     cycles : int, meeting : (3,) int64, farthest : float [m], own : (k,) uint32
-        How many, and the meeting of all threads; a block that has moved farther ends them. Blocks without a support.
+        How many, and the meeting of all threads; a block that moved further ends them. Blocks without a support.
     supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
         Which of the supported ones are moved here; all of them; onto their free axes; prescribed in a cycle.
     contacts : block_a, block_b, contacts, strengths, closures, slips, growths, works
@@ -190,7 +190,7 @@ def _project(projector: FloatArray, vector: FloatArray, out: FloatArray) -> None
 
 @njit(nogil=True)
 def _ends(cycle: int, here: FloatArray, scale: FloatArray, most: float) -> bool:  # pragma: no cover - compiled
-    """Return whether a block has moved farther than `most` [m], or is nowhere any more; not after every cycle."""
+    """Return whether a block moved further than `most` [m], or is nowhere any more; not after every cycle."""
     if cycle % CHECK_EVERY != CHECK_EVERY - 1:
         return False
     for i in range(here.shape[0]):

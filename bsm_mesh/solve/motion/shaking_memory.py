@@ -1,4 +1,4 @@
-"""What a shaken stage carries on from window to window, and from part to part where blocks are taken away."""
+"""The state of a shaken stage from window to window, and from part to part where blocks are taken away."""
 
 from __future__ import annotations
 

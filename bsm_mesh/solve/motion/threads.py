@@ -45,7 +45,7 @@ class Share:
         return Share(block_a=self.block_a[rows], block_b=self.block_b[rows], **chunks)
 
     def take(self, rows: IntArray, part: Share) -> None:
-        """Take over what has become of some of the contacts."""
+        """Take over the new state of some of the contacts."""
         for name in self._chunks:
             put(getattr(self, name), rows, getattr(part, name))
 

@@ -1,1 +1,1 @@
-"""Stages one after the other: what is taken away, placed and loaded, and every unstable block."""
+"""Stages one after the other: excavation, fill, loads, and every unstable block."""

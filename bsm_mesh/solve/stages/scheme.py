@@ -1,4 +1,4 @@
-"""What the stages ask of a scheme, and what it returns."""
+"""The interface of a scheme for the stages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a method is asked and what it returns: a trial solution that owns its contacts, so nothing is rolled back."""
+"""Task and result of a method: a trial solution that owns its contacts, so nothing is rolled back."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
-    """What a step is to reach.
+    """Goal of a step.
 
     Attributes
     ----------

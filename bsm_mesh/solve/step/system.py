@@ -1,4 +1,4 @@
-"""What a step asks of a block system, in any number of dimensions: forces, supports and contacts at a position."""
+"""Interface of a block system for a step, in any number of dimensions: forces, supports, contacts at a position."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ FROZEN_REGULARIZATION = 1e-5  # of the same, where friction is frozen
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Equations:
-    """What has to be in balance.
+    """Unknowns and forces in balance.
 
     Attributes
     ----------

@@ -32,7 +32,7 @@ Rows = tuple[IntArray, FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class HeldDisplacements:
-    """What the supports prescribe, in terms of the unknowns of a basis.
+    """Prescribed values of the supports, in the unknowns of a basis.
 
     Attributes
     ----------

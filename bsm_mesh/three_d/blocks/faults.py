@@ -1,4 +1,4 @@
-"""What is wrong with polyhedra as they are given."""
+"""Faults of given polyhedra."""
 
 from __future__ import annotations
 

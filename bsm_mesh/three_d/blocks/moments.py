@@ -32,7 +32,7 @@ class Moments:
 
     @property
     def bulk(self) -> FloatArray:
-        """Volumes [m3]: what a unit weight is multiplied by."""
+        """Volumes [m3]: the factor of a unit weight."""
         return self.volume
 
     def mean_size(self, chosen: BoolArray) -> float:

@@ -59,7 +59,7 @@ class Witness:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ConeAnalysis:
-    """What the conic program says of the geometry as it is given.
+    """Answer of the conic program for the given geometry.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class ConeAnalysis:
         return self.lacking <= NOTHING
 
     def __str__(self) -> str:
-        """Return what is proved, in words."""
+        """Return the proved statement."""
         if self.admissible:
             return "admissible: forces within strength exist; that does not prove that the blocks stay at rest"
         if self.witness.proves:

@@ -22,7 +22,7 @@ NOTHING = 1e-7  # over the mean load of a block: a smaller shortfall is none; pr
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Optimum:
-    """What a program has for an answer.
+    """Answer of a program.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ def advance(
     Parameters
     ----------
     cycles, farthest : int, float [m]
-        How many at most; a block that has moved farther since the window began ends it.
+        How many at most; a block that moved further since the window began ends it.
     blocks, geometry : block_a, block_b (m,), (m, 12) float64
         As `relative_positions` takes them.
     springs : (m, 10) float64
@@ -211,7 +211,7 @@ def _move_supported(
 
 @njit(nogil=True)
 def _is_beyond(moved: FloatArray, scale: FloatArray, most: float) -> bool:  # pragma: no cover - compiled
-    """Return whether a block has moved farther than `most` [m], or is nowhere any more."""
+    """Return whether a block moved further than `most` [m], or is nowhere any more."""
     for i in range(moved.shape[0]):
         for axis in range(6):
             if not abs(moved[i, axis]) <= most * scale[i, axis]:
