@@ -137,7 +137,7 @@ def test_what_cannot_flow_is_told_before_the_run(name: str) -> None:
 def test_a_stage_in_which_water_cannot_flow_is_named_before_the_run() -> None:
     shut = bsm.FlowChange(closed=("left",), wells=(bsm.Well(point=(4, 1), discharge=-1e-6),))
     model = bricks(flow=bsm.Flow(head={"left": 2.5}), stages=[bsm.Stage(name="injection", flow=shut)])
-    with pytest.raises(bsm.ModelError, match="stage 'injection': flow: what well 1"):
+    with pytest.raises(bsm.ModelError, match="stage 'injection': flow: water of well 1"):
         bsm.run(model, bsm.Options(scheme="linear"))
 
 
