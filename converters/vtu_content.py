@@ -15,7 +15,9 @@ VERTEX, LINE, TRIANGLE, POLYGON, QUADRATIC_TRIANGLE, POLYHEDRON = 1, 3, 5, 7, 22
 KINDS = ("point:", "cell:")
 COMPONENTS = {  # of the arrays of results; those that are not here are numbers
     **dict.fromkeys(("displacement", "stage_displacement", "origin", "load", "reaction", "water", "force"), 3),
-    **dict.fromkeys(("normal", "position", "velocity", "shear_point", "shear_direction"), 3),
+    **dict.fromkeys(
+        ("normal", "position", "velocity", "mechanism", "centroid_velocity", "shear_point", "shear_direction"), 3
+    ),
     **dict.fromkeys(("stress", "stress_effective"), 6),
     **dict.fromkeys(("aperture_at_ends", "wet", "wet_pressure"), 2),
 }
