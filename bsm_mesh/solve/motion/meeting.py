@@ -77,7 +77,7 @@ def _yield(typing: Any) -> Any:
 def meet(meeting: IntArray, times: int) -> bool:  # pragma: no cover - compiled
     """Wait until all threads of a meeting have come here so many times; return False where one has failed.
 
-    All threads can read afterwards what each wrote before.
+    All threads can then read the values written before.
     """
     if meeting[THREADS] == 1:
         return True
