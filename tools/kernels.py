@@ -104,7 +104,7 @@ def run_all(folder: Path) -> None:
     for path in sorted((ROOT / "examples").glob("*/*.toml")):
         command("run", str(path), "-o", str(folder / "examples" / path.parent.name / path.stem))
     block = folder / "block.toml"  # of three dimensions: it slides in its last stage
-    block.write_text(files_of((ROOT / "docs/three_dimensions.md").read_text(encoding="utf-8"))[block.name])
+    write_text(block, files_of((ROOT / "docs/three_dimensions.md").read_text(encoding="utf-8"))[block.name])
     command("run", str(block))
     for name in SOLVERS:
         model = bsm_mesh.load(ROOT / f"examples/{name}.toml")

@@ -341,3 +341,22 @@ def test_blocks_that_a_run_moves_are_named_by_block_theory():
     found, moved = bsm.key_blocks(model, free=["tunnel"]), bsm.run(model).unstable_blocks
     assert moved.size
     assert np.isin(moved, found.block[found.unstable]).all()
+
+
+@pytest.mark.heavy
+def test_a_block_that_turns_needs_more_friction_than_block_theory_says():
+    """The forces of block theory leave a moment of a third of a metre times its weight: one of 0.6 m across.
+
+    All other blocks are fixed. Against sliding alone its factor is 1.02.
+    """
+    blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock(2.0, seed=20)))
+    joints = [joint(f"J{k}", 29.2) for k in (1, 2, 3)]
+    number = int(np.argmin(np.linalg.norm(blocks.moments.centroid - [3.361, 6.206, 2.489], axis=1)))
+    others = tuple(b for b in range(blocks.count) if b != number)
+    model = bsm.Model(blocks=blocks, rocks=ROCK, joints=joints, supports=[bsm.Fixed(blocks=others)])
+    found, results = bsm.key_blocks(model, free=["tunnel"]), bsm.run(model, bsm.Options(threads=1))
+    (row,) = np.flatnonzero(found.block == number)
+    assert found.removable[row]
+    assert_allclose(found.factor[row], 1.02, atol=5e-3)
+    assert results.unstable_blocks.tolist() == [number]
+    assert np.linalg.norm(results.stages[0].displacement[number, 3:]) > 0.1  # radians

@@ -81,18 +81,19 @@ def clipped(
     for q in range(faces.shape[0]):
         total += offsets[faces[q, 0] + 1] - offsets[faces[q, 0]] + offsets[faces[q, 1] + 1] - offsets[faces[q, 1]]
     rows, sizes, count = np.empty((total, 13)), np.zeros(faces.shape[0], np.int64), 0
-    mean, first, second = np.empty(3), np.empty(3), np.empty(3)
+    mean, first, second, base = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for q in range(faces.shape[0]):
         f, g = faces[q]
         a, b = corners[offsets[f] : offsets[f + 1]][::-1], corners[offsets[g] : offsets[g + 1]]
         _set_axes(normal[f], normal[g], b, mean, first, second)
         flat_a, flat_b = _flat(a, b[0], first, second), _flat(b, b[0], first, second)
-        least = DOUBLE * max(np.abs(flat_a).max(), np.abs(flat_b).max())
+        least = DOUBLE * max(_farthest(flat_a), _farthest(flat_b))
         shared, kind, edge = _clip(flat_a, flat_b, least)
         if shared.shape[0] < 3:
             continue
         for k in range(shared.shape[0]):
-            base = b[0] + shared[k, 0] * first + shared[k, 1] * second
+            for u in range(3):
+                base[u] = b[0, u] + shared[k, 0] * first[u] + shared[k, 1] * second[u]
             _set_row(rows[count], base, kind[k], edge[k], a, b, normal[f], normal[g], mean)
             count += 1
         sizes[q] = shared.shape[0]
@@ -104,27 +105,65 @@ def _set_axes(
     of_a: FloatArray, of_b: FloatArray, b: FloatArray, mean: FloatArray, first: FloatArray, second: FloatArray
 ) -> None:  # pragma: no cover - compiled
     """Set the mean normal, which points into a, and two axes across it, right-handed."""
-    mean[:] = of_b - of_a
-    mean /= np.sqrt((mean**2).sum())
-    longest = 0.0
+    along, longest = np.empty(3), 0.0
+    _set_difference(mean, of_b, of_a)
+    _divide(mean, np.sqrt(_dot(mean, mean)))
     for k in range(b.shape[0]):
-        along = b[(k + 1) % b.shape[0]] - b[k]
-        along = along - (along * mean).sum() * mean
-        size = np.sqrt((along**2).sum())
+        _set_difference(along, b[(k + 1) % b.shape[0]], b[k])
+        over = _dot(along, mean)
+        for u in range(3):
+            along[u] -= over * mean[u]
+        size = np.sqrt(_dot(along, along))
         if size > longest:
             longest = size
-            first[:] = along / size
-    second[:] = np.cross(mean, first)
+            _divide(along, size)
+            first[:] = along
+    _set_cross(second, mean, first)
+
+
+@njit()
+def _dot(a: FloatArray, b: FloatArray) -> float:  # pragma: no cover - compiled
+    """Return the product of two vectors; expressions of arrays take seconds to compile."""
+    found: float = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return found
+
+
+@njit()
+def _set_difference(found: FloatArray, a: FloatArray, b: FloatArray) -> None:  # pragma: no cover - compiled
+    for u in range(3):
+        found[u] = a[u] - b[u]
+
+
+@njit()
+def _divide(vector: FloatArray, by: float) -> None:  # pragma: no cover - compiled
+    for u in range(3):
+        vector[u] /= by
+
+
+@njit()
+def _set_cross(found: FloatArray, a: FloatArray, b: FloatArray) -> None:  # pragma: no cover - compiled
+    for u in range(3):
+        v, w = (u + 1) % 3, (u + 2) % 3
+        found[u] = a[v] * b[w] - a[w] * b[v]
 
 
 @njit()
 def _flat(
     points: FloatArray, origin: FloatArray, first: FloatArray, second: FloatArray
 ) -> FloatArray:  # pragma: no cover - compiled
-    found = np.empty((points.shape[0], 2))
+    found, arm = np.empty((points.shape[0], 2)), np.empty(3)
     for k in range(points.shape[0]):
-        found[k, 0] = ((points[k] - origin) * first).sum()
-        found[k, 1] = ((points[k] - origin) * second).sum()
+        _set_difference(arm, points[k], origin)
+        found[k, 0], found[k, 1] = _dot(arm, first), _dot(arm, second)
+    return found
+
+
+@njit()
+def _farthest(points: FloatArray) -> float:  # pragma: no cover - compiled
+    """Return the greatest coordinate of points (k, 2) by its size."""
+    found = 0.0
+    for k in range(points.shape[0]):
+        found = max(found, abs(points[k, 0]), abs(points[k, 1]))
     return found
 
 
@@ -194,21 +233,41 @@ def _set_row(
     mean: FloatArray,
 ) -> None:  # pragma: no cover - compiled
     """Set corner, the points of both faces over it, normal into a and gap of a row (13,)."""
-    on_a = base + ((a[0] - base) * of_a).sum() / (mean * of_a).sum() * mean
-    on_b = base + ((b[0] - base) * of_b).sum() / (mean * of_b).sum() * mean
-    across = of_b if kind == CORNER_OF_A else -of_a
-    if (np.cross(of_a, of_b) ** 2).sum() < PARALLEL**2:
-        across = of_b
+    on_a, on_b, across, turn, one, other = np.empty((6, 3))
+    _set_over(on_a, base, a[0], of_a, mean)
+    _set_over(on_b, base, b[0], of_b, mean)
+    for u in range(3):
+        across[u] = of_b[u] if kind == CORNER_OF_A else -of_a[u]
+    opposite = kind != CORNER_OF_A
+    _set_cross(turn, of_a, of_b)
+    if _dot(turn, turn) < PARALLEL**2:
+        opposite = opposite and of_b[0] == -of_a[0] and of_b[1] == -of_a[1] and of_b[2] == -of_a[2]
+        across[:] = of_b
     elif kind == EDGES:
-        one, other = a[(edge[0] + 1) % a.shape[0]] - a[edge[0]], b[(edge[1] + 1) % b.shape[0]] - b[edge[1]]
-        turn = np.cross(one, other)
-        size, sizes = np.sqrt((turn**2).sum()), np.sqrt((one**2).sum() * (other**2).sum())
-        across = mean.copy()
-        if size > PARALLEL * sizes and abs((turn * mean).sum()) > FACING * size:
-            across = turn / size * np.sign((turn * mean).sum())
-    gap = ((on_a - on_b) * across).sum()
-    if kind == CORNER_OF_B and (across == -of_a).all():
-        on_a = on_b + gap * across
-    else:
-        on_b = on_a - gap * across
+        _set_difference(one, a[(edge[0] + 1) % a.shape[0]], a[edge[0]])
+        _set_difference(other, b[(edge[1] + 1) % b.shape[0]], b[edge[1]])
+        _set_cross(turn, one, other)
+        size, sizes = np.sqrt(_dot(turn, turn)), np.sqrt(_dot(one, one) * _dot(other, other))
+        across[:] = mean
+        if size > PARALLEL * sizes and abs(_dot(turn, mean)) > FACING * size:
+            _divide(turn, size * np.sign(_dot(turn, mean)))
+            across[:] = turn
+    _set_difference(one, on_a, on_b)
+    gap = _dot(one, across)
+    for u in range(3):
+        if kind == CORNER_OF_B and opposite:
+            on_a[u] = on_b[u] + gap * across[u]
+        else:
+            on_b[u] = on_a[u] - gap * across[u]
     row[:3], row[3:6], row[6:9], row[9:12], row[12] = base, on_a, on_b, across, gap
+
+
+@njit()
+def _set_over(
+    found: FloatArray, base: FloatArray, point: FloatArray, normal: FloatArray, mean: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Set the point of the plane through `point` that lies over `base` along `mean`."""
+    _set_difference(found, point, base)
+    along = _dot(found, normal) / _dot(mean, normal)
+    for u in range(3):
+        found[u] = base[u] + along * mean[u]
