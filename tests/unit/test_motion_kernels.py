@@ -15,7 +15,7 @@ from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.joint_kernels import grow
 from bsm_mesh.solve.motion.kernels import set_turns
 from bsm_mesh.solve.motion.masses import MotionSettings
-from bsm_mesh.solve.motion.window_columns import share_of
+from bsm_mesh.solve.motion.window_columns import ExtremeLines, share_of
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.steps import begun, still
@@ -116,6 +116,21 @@ def test_one_thread_and_two_give_equal_digits(keys, monkeypatch):
         ends.append((motion.residual.position, motion.velocity, motion.contacts.slip_path))
     for one, two in zip(*ends, strict=True):
         assert_array_equal(one, two)
+
+
+@pytest.mark.parametrize("softening", [None, 0.4])
+def test_lines_of_strength_follow_what_slip_has_taken(softening):
+    """They are kept from window to window while no state that the law asks for has changed."""
+    polygons = [turned(p, 45.0) for p in (BASE, rectangle(-0.5, 0, 0.5, 1))]
+    law = bsm.MohrCoulomb(friction=35, residual_friction=15, softening_slip=softening)
+    motion = ExplicitMotion(begun(model_of(polygons, law=law, kn=1e8)), INELASTIC)
+    steepest = motion._extreme.low[1].max()
+    for _ in range(4):
+        motion.advance()
+    wanted = ExtremeLines(motion.contacts, motion.system.catalogue.laws)
+    for kept, new in zip((*motion._extreme.low, *motion._extreme.high), (*wanted.low, *wanted.high), strict=True):
+        assert_array_equal(kept, new)
+    assert wanted.low[1].max() < steepest
 
 
 def test_a_thread_that_fails_lets_the_others_end(monkeypatch):

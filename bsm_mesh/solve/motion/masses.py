@@ -161,6 +161,8 @@ def projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
     """Return the projectors (k, axes, axes) of supported blocks onto their free axes, orthogonal over masses."""
     projector, axes = np.zeros_like(supports.basis), mass.shape[1]
     moves = np.flatnonzero(supports.constrained < axes)  # of the others it is zero
+    if not len(moves):
+        return projector
     own, held = mass[supports.block[moves]], np.arange(axes) < supports.constrained[moves, None]
     free = np.where(held, 0.0, 1.0)[:, None, :] * supports.basis[moves]
     inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)

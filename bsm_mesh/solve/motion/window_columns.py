@@ -11,7 +11,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.forces import ContactSet, Evaluation, resolve_corner_corner, slipping
 from bsm_mesh.contact.properties import JointCatalogue
-from bsm_mesh.model.joint_laws import JointLaw, JointResponse
+from bsm_mesh.model.joint_laws import JointLaw, JointResponse, remembered_by
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
 from bsm_mesh.solve.motion.contact_columns import (
     CLOSURE,
@@ -29,7 +29,7 @@ from bsm_mesh.solve.motion.contact_columns import (
 from bsm_mesh.solve.motion.threads import Share
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
-HIGH = 1e12  # a pressure above all others [N/m]
+HIGH, FLOOR = 1e12, np.finfo(float).tiny  # pressures above all others, and below [N/m]
 Columns = dict[str, SingleArray]  # (k,) each, by the names of CONTACT, STRENGTH and CLOSURE
 
 
@@ -139,19 +139,35 @@ def _growths(contacts: ContactSet, at: Evaluation, rows: IntArray, columns: Colu
     return _chunks(GROWTH, grown | last | {"last_pressure": columns["pressure"]}, count)
 
 
-def strength_lines(contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...]) -> dict[str, FloatArray]:
+class ExtremeLines:
+    """Tangents of the shear strength of contacts without pressure and at the highest, as `_tangent` returns them."""
+
+    def __init__(self, contacts: ContactSet, laws: tuple[JointLaw, ...]) -> None:
+        self._contacts, self._laws = contacts, laws
+        none, most = np.full((2, contacts.count), [[FLOOR], [HIGH]])
+        self.low = _tangent(slipping(contacts, laws, none), none)
+        self.high = _tangent(slipping(contacts, laws, most), most)
+
+    def of(self, contacts: ContactSet) -> ExtremeLines:
+        """Return those of contacts: the same while neither these nor the state that laws ask for has changed."""
+        before, names = self._contacts, {"failed"}.union(*map(remembered_by, self._laws))
+        pairs = [(getattr(before, name), getattr(contacts, name)) for name in names]
+        same = before.candidates is contacts.candidates and all(a is b or np.array_equal(a, b) for a, b in pairs)
+        return self if same else ExtremeLines(contacts, self._laws)
+
+
+def strength_lines(
+    contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...], extreme: ExtremeLines
+) -> dict[str, FloatArray]:
     """Return the shear strength of contacts by the names of their columns, (m,) each.
 
     The tangent at the pressures there are, and the one without pressure, or at the highest where that is the same: of a
     bilinear law they are its two lines. Then the residual line, and where slip is for good that has not been.
     """
-    floor = np.finfo(float).tiny
-    pressure = np.where(at.closed, np.maximum(at.pressure, floor), floor)
-    none, most = np.full_like(pressure, floor), np.full_like(pressure, HIGH)
-    here = _tangent(slipping(contacts, laws, pressure), pressure)
-    low = _tangent(slipping(contacts, laws, none), none)
-    high = _tangent(slipping(contacts, laws, most), most)
-    other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
+    pressure = np.where(at.closed, np.maximum(at.pressure, FLOOR), FLOOR)
+    here, low, high = _tangent(slipping(contacts, laws, pressure), pressure), extreme.low, extreme.high
+    alike = np.isclose(here[1], low[1])
+    other = tuple(np.where(alike, b, a) for a, b in zip(low, high, strict=True))
     failed = replace(contacts, failed=np.ones_like(contacts.failed))
     residual = _tangent(slipping(failed, laws, pressure), pressure)
     lines = {"first": here, "second": other, "residual": residual}
