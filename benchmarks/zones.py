@@ -8,6 +8,8 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 import bsm_mesh as bsm
 from benchmarks.continuum import ROOT
 from benchmarks.pages import add_into, processor, tell
@@ -93,6 +95,57 @@ def costs() -> list[tuple[str, ...]]:
     return lines
 
 
+LIMIT_HEADER = ("difference from rigid blocks", "E = 1e13 Pa", "E = 1e14 Pa")
+STAGES = {"toppling_column": (0,), "staged_tunnel": (1, 2, 3)}
+
+
+def rigid_limit() -> list[tuple[str, ...]]:
+    """Return the lines of the table of zones in rock that is nearly rigid: difference of displacements."""
+    lines = []
+    for folder, stages in STAGES.items():
+        model = bsm.load(ROOT / "examples" / folder / "model.toml")
+        rigid = bsm.run(model).stages
+        found = []
+        for young in (1e13, 1e14):
+            stiff = [replace(rock, young=young, poisson=0.0, zones=bsm.Zones(order=1)) for rock in model.rocks]
+            found.append(bsm.run(model.replace(rocks=stiff)).stages)
+        for number in stages:
+            exact = rigid[number].displacement[:, :2]
+            off = [np.linalg.norm(ends[number].displacement[:, :2] - exact) / np.linalg.norm(exact) for ends in found]
+            lines.append((f"`{folder}`, {rigid[number].name}", *(f"{error:.3%}" for error in off)))
+    return lines
+
+
+RATIO_HEADER = ("time, processor", "s", "over the other")
+
+
+def ratios() -> list[tuple[str, ...]]:
+    """Return the lines of the table that compares times: with rigid blocks, and with scikit-fem."""
+    rigid = _time(lambda: bsm.run(scenes.stack(None)))
+    lines = [("300 blocks, rigid, to rest", f"{rigid:.2g}", "1")]
+    for order in (1, 2):
+        zoned = _time(lambda order=order: bsm.run(scenes.stack(bsm.Zones(size=0.6, order=order))))
+        lines.append((f"300 blocks of 16 zones of order {order}, to rest", f"{zoned:.2g}", f"{zoned / rigid:.3g}"))
+    model = scenes.slab(0.0068)
+    zones = bsm.run(model).stages[0].zones
+    assert zones is not None
+    ours, theirs = _time(lambda: bsm.run(model)), _time(lambda: scenes.slab_by_skfem(zones))
+    lines.append((f"{len(zones.cells)} zones, first order, by scikit-fem alone: one solution", f"{theirs:.2g}", "1"))
+    lines.append(("the same, to rest: one factorization, forces, results", f"{ours:.2g}", f"{ours / theirs:.3g}"))
+    return lines
+
+
+def _time(run: Callable[[], object]) -> float:
+    """Return the least processor time [s] of three runs, after one."""
+    run()
+    spent = []
+    for _ in range(3):
+        began = time.process_time()
+        run()
+        spent.append(time.process_time() - began)
+    return min(spent)
+
+
 def main() -> int:
     """Solve the cases, and print the tables or put them into a page."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -100,7 +153,14 @@ def main() -> int:
     given = parser.parse_args()
     said = f"The rock of the tunnel has E = 20 GPa and nu = .25 where it has zones. Measured on {processor()}."
     yields = markdown(PLASTIC_HEADER, plastic())
-    text = f"{markdown(HEADER, closed_forms())}\n\n{yields}\n\n{said}\n\n{markdown(COST_HEADER, costs())}"
+    tables = (
+        markdown(HEADER, closed_forms()),
+        yields,
+        markdown(LIMIT_HEADER, rigid_limit()),
+        said,
+        markdown(COST_HEADER, costs()),
+    )
+    text = "\n\n".join((*tables, markdown(RATIO_HEADER, ratios())))
     tell(text, COMMAND, given.into)
     return 0
 

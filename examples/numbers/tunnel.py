@@ -89,6 +89,26 @@ def excavated() -> str:
     return markdown(("mesh", "blocks", *ERRORS), lines)
 
 
+def zones() -> str:
+    """Return the errors of all stresses near the tunnel: rigid blocks, and blocks with zones."""
+    lines = []
+    for kind, stiffness, sizes in MESHES:
+        if stiffness != "wang":
+            continue
+        for size in sizes[:2]:
+            model, comparison = solved(kind, stiffness, size)
+            found = [section.errors(model, comparison)[2]]
+            for order in (1, 2):
+                rocks = [replace(rock, zones=bsm.Zones(order=order)) for rock in model.rocks]
+                stress = bsm.run(model.replace(rocks=rocks)).stages[0].stress
+                near = np.hypot(*comparison.centroid.T) < 3 * section.A
+                fem = comparison.nominal.stress
+                squares = [(comparison.area[near] * (s[near] ** 2).sum(axis=(1, 2))).sum() for s in (stress - fem, fem)]
+                found.append(100 * np.sqrt(squares[0] / squares[1]))
+            lines.append((kind, str(model.blocks.count), *(f"{error:.1f} %" for error in found)))
+    return markdown(("mesh", "blocks", "rigid", "zones, first order", "zones, second order"), lines)
+
+
 def _blocks(kind: str, size: float) -> bsm.Blocks:
     if kind == "voronoi":
         cells = voronoi(section.FAR, section.FAR + section.DEPTH, int(size), rounds=100,
@@ -147,6 +167,7 @@ def _errors(blocks: bsm.Blocks) -> tuple[float, ...]:
 TABLES: tuple[Table, ...] = (
     Table(name="tunnel-stresses", page=PAGE, make=stresses, tolerance=0.02, is_slow=True),
     Table(name="tunnel-convergence", page=PAGE, make=convergence, tolerance=0.02, is_slow=True),
+    Table(name="tunnel-zones", page=PAGE, make=zones, tolerance=0.02, is_slow=True),
     Table(name="tunnel-domain", page=PAGE, make=domain, tolerance=0.02, is_slow=True),
     Table(name="tunnel-excavated", page=PAGE, make=excavated, tolerance=0.02, is_slow=True),
 )

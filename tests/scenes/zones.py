@@ -154,6 +154,40 @@ def crack(order):
     return (np.diff(np.cumsum([1e5, *steps])) / np.diff(down))[[1, 2, 5]] / 1e9
 
 
+def stack(zones):
+    """Return 300 square blocks under their weight between smooth sides, rigid or with zones."""
+    elastic = {} if zones is None else {"young": 20e9, "poisson": NU, "zones": zones}
+    return bsm.Model(
+        blocks=box([rectangle(i, j, i + 1, j + 1) for j in range(15) for i in range(20)]),
+        rocks=[bsm.Rock("rock", unit_weight=26e3, **elastic)],
+        joints=[joint(1e9, 5e8, law=bsm.MohrCoulomb(friction=30))],
+        default_joint="J",
+        supports=[bsm.Fixed(boundary="bottom"), *(bsm.NormalRoller(boundary=side) for side in ("left", "right"))],
+    )
+
+
+def slab(size):
+    """Return a square of rock under its weight, in one block."""
+    return bsm.Model(
+        blocks=box([rectangle(0, 0, 1, 1)]),
+        rocks=[bsm.Rock("rock", unit_weight=26e3, young=E, poisson=NU, zones=bsm.Zones(size=size, order=1))],
+        supports=[bsm.Fixed(boundary="bottom")],
+    )
+
+
+def slab_by_skfem(zones):
+    """Return the displacements of `slab` on the same zones, by scikit-fem alone."""
+    import skfem
+    from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+    mesh = skfem.MeshTri(zones.points.T.copy(), zones.cells[:, :3].T.copy())
+    basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTriP1()))
+    stiffness = linear_elasticity(*lame_parameters(E, NU)).assemble(basis)
+    weight = skfem.LinearForm(lambda v, w: -26e3 * v[1]).assemble(basis)
+    bottom = basis.get_dofs(lambda x: x[1] < 1e-9)
+    return skfem.solve(*skfem.condense(stiffness, weight, D=bottom))[basis.nodal_dofs].T
+
+
 def kirsch_error(order):
     """Return the error of the mean stress of 496 quads about a hole, up to three radii, relative to Kirsch's."""
     corners = plate(16)

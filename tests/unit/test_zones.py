@@ -67,6 +67,9 @@ CASES = {
 }
 
 
+WHOLE = [("water in whole rock", law) for law in ("elastic", "mohr_coulomb")]
+
+
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("case", CASES)
 def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_path):
@@ -85,6 +88,19 @@ def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_pa
         check=False,
     )
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(("case", "law"), [("in situ", "mohr_coulomb"), ("stages", "mohr_coulomb"), *WHOLE])
+def test_blocks_of_rock_with_strength_are_in_balance(case, law):
+    """Rock that yields, and faces that break between soft and rigid rock."""
+    zones = Zones(size=0.5, law=law, dilation=10.0 if law == "mohr_coulomb" else 0.0)
+    strong = dataclasses.replace(GNEISS, cohesion=6e4, friction=30.0, tensile_strength=3e4, zones=zones)
+    results = bsm.run(wall(rocks=[strong, RIGID], **CASES[case]))
+    assert results.status == "stable", results.stages[-1].reason
+    check = results.check()
+    assert check.ok
+    assert check.block_residual < 1e-8
+    assert bool(results.stages[-1].zones.yielded.any()) == (law == "mohr_coulomb")
 
 
 @pytest.mark.heavy

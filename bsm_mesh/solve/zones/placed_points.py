@@ -34,7 +34,7 @@ Rule = tuple[FloatArray, FloatArray]
 ENDS: Rule = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
 GAUSS: Rule = (np.array([[0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5]]), np.array([0.5, 0.5]))
 SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
-TIED = 1e4  # of the rock's stiffness over the length of a point: represents rock that is whole
+TIED = 1e4  # of the softer rock's stiffness over the length of a point: represents rock that is whole
 
 
 def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
@@ -68,13 +68,15 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
     tied = joint >= len(of_joints)
     stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
     tension, residual_tension = interface_tensions(model)
-    stiffness[tied] = TIED * nominal_constants(model).stiffness.max() / length[tied, None]
+    block = np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1)
+    softer = nominal_constants(model).stiffness.max(axis=(1, 2))[block].min(axis=1)
+    stiffness[tied] = (TIED * softer / length)[tied, None]
     return JointPoints(
         point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
         normal=normal.T.copy(),
         length=length,
         joint=joint,
-        block=np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1),
+        block=block,
         normal_stiffness=stiffness[:, 0] * length,
         shear_stiffness=stiffness[:, 1] * length,
         tension=tension[joint] * length,
