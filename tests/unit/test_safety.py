@@ -173,7 +173,6 @@ def test_nothing_that_fails_is_no_limit():
     assert found.mechanism is None
 
 
-@pytest.mark.heavy
 def test_the_stage_in_question_is_weakened_and_what_is_before_it_not():
     """The block is held by another one until that is excavated."""
     polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5), rectangle(-3, 0, -1, 0.5))]
