@@ -172,7 +172,7 @@ def test_included_files(tmp_path: Path) -> None:
             MESH + "*ELSET, ELSET=A, GENERATE\n1, 1" + 30 * "0" + ", 1" + 29 * "0" + "\n",
             "generates more numbers than any",
         ),
-        (MESH.replace("1, 0., 0.", "nan, 0., 0."), "line 1: \\*NODE: holds what is not finite"),
+        (MESH.replace("1, 0., 0.", "nan, 0., 0."), "line 1: \\*NODE: holds infinite or undefined values"),
         (MESH.replace("CPE4", "C3D4"), "three-dimensional"),
         (MESH + "*NODE\n1, 0.5, 0.\n2, 1., 0.\n", "node 1 is given twice, at different places .1 node in all"),
         (MESH.replace("*NODE\n", ""), "line 1: data without a keyword above"),
