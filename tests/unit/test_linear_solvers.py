@@ -12,6 +12,9 @@ from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, whole_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
 from bsm_mesh.solve.algebra.superlu import SuperLU
+from bsm_mesh.solve.linear.readiness import make_ready
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle
 
 SOLVERS = [
     "superlu",
@@ -220,3 +223,24 @@ def test_enough_blocks_for_all_threads(name, whole):
         product[come] -= x[to]
     assert_allclose(product.reshape(-1, 3), right, atol=1e-12)
     solver.close()
+
+
+@pytest.mark.parametrize(
+    ("solver", "installed", "large", "machine", "advised"),
+    [
+        ("auto", False, 3, "x86_64", True),
+        ("auto", False, 4, "x86_64", False),
+        ("auto", True, 3, "x86_64", False),
+        ("superlu", False, 3, "x86_64", False),
+        ("auto", False, 3, "aarch64", False),
+    ],
+)
+def test_a_large_model_without_pardiso_is_advised_to_install_it(
+    solver, installed, large, machine, advised, monkeypatch
+):
+    monkeypatch.setattr(pardiso, "is_available", lambda: installed)
+    monkeypatch.setattr(pardiso, "LARGE", large)
+    monkeypatch.setattr("platform.machine", lambda: machine)
+    base, *bricks = rectangle(-1, -1, 2, 0), rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)
+    notes = make_ready(model_of([base, *bricks]), bsm.Options(linear_solver=solver)).notes
+    assert any("pip install mkl" in note for note in notes) == advised

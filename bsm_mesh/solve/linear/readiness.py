@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import platform
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of, of_unusual_rocks
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
+from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.block_matrix import block_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
 from bsm_mesh.solve.linear.closure import closure_faults
@@ -80,7 +82,7 @@ def make_ready(model: Model, options: Options) -> Ready:
     notes = notes_of(model, fails=options.scheme != "linear")
     if flow is not None:
         flow.apertures.set_in_situ((-borne[0] / contacts.length).reshape(-1, 2)[contacts.joint[::2] >= 0])
-    return Ready(model, contacts, system, (*notes, *_notes(free)), flow)
+    return Ready(model, contacts, system, (*notes, *_notes(free), *_advice(model, options)), flow)
 
 
 def _shaking_faults(model: Model, options: Options) -> list[str]:
@@ -99,6 +101,17 @@ def solver_faults(options: Options) -> tuple[str, ...]:
     except ModelError as error:
         return error.faults
     return ()
+
+
+def _advice(model: Model, options: Options) -> tuple[str, ...]:
+    """Return the advice to install Pardiso for a large model that SuperLU solves because Pardiso is missing."""
+    count, can = model.blocks.count, platform.machine() in ("x86_64", "AMD64")
+    if options.linear_solver != "auto" or pardiso.is_available() or count < pardiso.LARGE or not can:
+        return ()
+    return (
+        f"SuperLU factorizes this model of {count} blocks. Pardiso gives the same answer and takes half the time or "
+        "less: sh bootstrap.sh pardiso, or pip install mkl",
+    )
 
 
 def _borne_at_start(model: Model, contacts: ContactTable) -> tuple[FloatArray, FloatArray]:
