@@ -107,7 +107,7 @@ def test_a_number_of_a_class_is_a_key_of_the_file() -> None:
     assert described == "Pressure of its pores; left out: dry [Pa]"
 
 
-IN_SPACE = {"trend"}  # of the in-situ stress on polyhedra: a key of files with three dimensions alone
+IN_SPACE = {"trend", "gravity_trend"}  # directions in space: keys of files with three dimensions alone
 
 
 def test_the_file_has_every_number_of_the_classes() -> None:
