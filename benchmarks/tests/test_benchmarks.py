@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from benchmarks import engines, measure, pages, programs, report, tables
+from benchmarks import engines, measure, pages, programs, report, shaken_walls, tables
 from benchmarks.cases import CASES
 from tests.scenes import large
 
@@ -128,3 +128,11 @@ def test_both_engines_cut_geometries_alike():
     assert len(given) == cases + engines.NETWORKS
     found = [engines.compared(*one) for one in given[:cases] + given[cases::5]]  # all: python -m benchmarks.engines
     assert [one.row for one in found if not one.agree] == []
+
+
+def test_a_row_of_shaken_walls(monkeypatch):
+    monkeypatch.setattr(shaken_walls, "LENGTH", 2.1)
+    found = dict(zip(shaken_walls.HEADER, shaken_walls.row(2, 0.5, 1), strict=True))
+    assert found["blocks"] == "6"
+    assert float(found["balance missed by, %"]) < 1
+    assert int(found["steps"]) > 1000
