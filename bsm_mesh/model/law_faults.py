@@ -122,3 +122,19 @@ def _response_faults(answer: JointResponse, pressure: FloatArray, failed: BoolAr
     if (failed & ~answer.failed).any():
         faults.append("corrects contacts that have failed: failed stays true")
     return faults
+
+
+def residual_tension_faults(residual: float, peak: float, law: JointLaw | None) -> list[str]:
+    """Return the faults of the tensile strength that slip leaves [Pa] of a peak one, a sentence each."""
+    if residual > peak:
+        return [
+            f"residual_tensile_strength = {residual:g} Pa is above tensile_strength = {peak:g} Pa: a joint grows no "
+            "stronger by failing; exchange them, or leave residual_tensile_strength out"
+        ]
+    if residual > 0 and law is not None and not fails_by_slip(law):
+        return [
+            f"residual_tensile_strength = {residual:g} Pa never acts: by its law slip takes no tension away; give "
+            "mohr_coulomb residual_cohesion or residual_friction (the peak values where slip takes tension alone), or "
+            "leave residual_tensile_strength out"
+        ]
+    return []

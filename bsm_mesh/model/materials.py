@@ -9,7 +9,7 @@ from typing import Annotated, Literal, get_args
 from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve, barton_of, stiffness_faults
-from bsm_mesh.model.law_faults import dilation_faults, fails_by_slip, law_faults
+from bsm_mesh.model.law_faults import dilation_faults, law_faults, residual_tension_faults
 from bsm_mesh.model.quantities import (
     APERTURE,
     CLOSURE,
@@ -147,7 +147,7 @@ class Rock:
         raise_faults([f"{rules.thing}: {text}" for text in self._plastic_faults()])
         with placed(rules.thing):
             law = self.law
-        left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength or 0.0, law)
+        left = residual_tension_faults(self.residual_tensile_strength, self.tensile_strength or 0.0, law)
         raise_faults([f"{rules.thing}: {text}" for text in left])
         plain_numbers(self)
 
@@ -309,7 +309,7 @@ class Joint:
                 "carries any tension and shear; give it a law (friction), or leave tensile_strength out"
             )
         raise_faults(rules.faults)
-        left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
+        left = residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
         left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
         left += stiffness_faults(self.shear_stiffness, self.shear_stiffness_exponent, self.reference_stress, self.law)
         if self.aperture is None and self.residual_aperture > 0:
@@ -390,19 +390,3 @@ def residual_tension_between(one: Rock, other: Rock) -> float:
     """
     left = [rock.residual_tensile_strength for rock in (one, other) if rock.has_strength]
     return min(left, default=0.0)
-
-
-def _residual_tension_faults(residual: float, peak: float, law: JointLaw | None) -> list[str]:
-    """Return the faults of the tensile strength that slip leaves [Pa] of a peak one, a sentence each."""
-    if residual > peak:
-        return [
-            f"residual_tensile_strength = {residual:g} Pa is above tensile_strength = {peak:g} Pa: a joint grows no "
-            "stronger by failing; exchange them, or leave residual_tensile_strength out"
-        ]
-    if residual > 0 and law is not None and not fails_by_slip(law):
-        return [
-            f"residual_tensile_strength = {residual:g} Pa never acts: by its law slip takes no tension away; give "
-            "mohr_coulomb residual_cohesion or residual_friction (the peak values where slip takes tension alone), or "
-            "leave residual_tensile_strength out"
-        ]
-    return []
