@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,10 @@ from bsm_mesh.errors import counted
 from bsm_mesh.model.faces import count_faces
 from bsm_mesh.model.flow import Flow, FlowChange
 from bsm_mesh.model.joint_laws import MohrCoulomb
-from bsm_mesh.model.loads import InSituTraction
+from bsm_mesh.model.loads import InSituTraction, Load
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import GRAVITY_PART, STRESS_RATIO, quantities_of
+from bsm_mesh.model.quantities import GRAVITY_PART, STRENGTH_FACTOR, STRESS_RATIO, quantities_of
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import Fixed, unit_vector
@@ -156,10 +157,22 @@ def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) ->
         yield from unusual(place, flow)
         for given in (*flow.drains, *flow.wells, *flow.grout):
             yield from unusual(f"{place}: {type(given).__name__.lower()}", given)
+    yield from _of_unusual_loads(model.loads)
     yield from _of_unusual_gravity("gravity", (model.gravity_horizontal, model.gravity_vertical))
     for stage in model.stages:
-        yield from unusual(f"stage '{stage.name}'", stage)
+        place = f"stage '{stage.name}'"
+        yield from unusual(place, stage)
+        yield from _of_unusual_loads(stage.loads, f"{place}: ")
+        for name, part in stage.strength.items():
+            yield from beyond_usual(place, f"strength of '{name}'", part, STRENGTH_FACTOR)
+        if stage.shaking is not None:
+            yield from unusual(f"{place}: shaking", stage.shaking)
         yield from _of_unusual_gravity(f"stage '{stage.name}': gravity", stage.gravity or (0.0, 0.0))
+
+
+def _of_unusual_loads(loads: Sequence[Load], place: str = "") -> Iterator[str]:
+    for number, load in enumerate(loads, 1):
+        yield from unusual(f"{place}load {number} ({type(load).__name__})", load)
 
 
 def _of_unusual_gravity(place: str, parts: tuple[float, float]) -> Iterator[str]:
@@ -172,8 +185,8 @@ def unusual(thing: str, owner: Any, *, without: Sequence[str] = ()) -> Iterator[
     kind: type = type(owner)
     for name, (quantity, _) in quantities_of(kind).items():
         value = getattr(owner, name)
-        if value is not None and name not in without:
-            yield from beyond_usual(thing, name, value, quantity)
+        if isinstance(value, Real) and name not in without:
+            yield from beyond_usual(thing, name, float(value), quantity)
 
 
 def beyond_usual(thing: str, name: str, value: float, quantity: Quantity) -> Iterator[str]:

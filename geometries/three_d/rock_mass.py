@@ -15,7 +15,7 @@ from bsm_mesh.geometries.three_d.cell_complex import SIDES, CellComplex
 from bsm_mesh.geometries.three_d.joints import Joints
 from bsm_mesh.geometries.three_d.rows import BoolArray, FloatArray, IntArray, spread
 
-MAX_CELLS = 3_000_000  # blocks of a box
+MAX_CELLS = 1_000_000  # blocks of a box
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

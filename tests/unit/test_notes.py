@@ -86,6 +86,15 @@ def test_an_ordinary_model_has_none() -> None:
         ({"stages": [bsm.Stage(name="a")]}, "stage 'a' changes nothing"),
         ({"gravity_horizontal": 0.9}, "gravity: horizontal = 0.9 is unusual (-0.5 to 0.5 is usual)"),
         ({"stages": [bsm.Stage(name="a", gravity=(0, -1))]}, "stage 'a': gravity: vertical = -1 is unusual"),
+        ({"stages": [bsm.Stage(name="a", strength={"J": 80})]}, "stage 'a': strength of 'J' = 80 is unusual (0 to 1"),
+        (
+            {"stages": [bsm.Stage(name="a", shaking=bsm.Shaking(record=([0, 1], [0, 1]), scale=50))]},
+            "stage 'a': shaking: scale = 50 is unusual (-10 to 10 is usual)",
+        ),
+        (
+            {"loads": [bsm.EarthPressure(boundary="left", surface=2.0, state="active", unit_weight=20, friction=30)]},
+            "load 1 (EarthPressure): unit_weight = 20 N/m^3 is unusual (5000 to 50000 N/m^3 is usual)",
+        ),
         ({"in_situ": bsm.InSitu(surface=1.4)}, "in_situ: 2 blocks above the surface: without stress at the start"),
         ({"in_situ": bsm.InSitu(surface=900.0)}, "the surface lies 898 m above the top of the model (y = 2 m)"),
         ({"in_situ": bsm.InSitu(surface=2.0, k0=15)}, "in_situ: k0 = 15 is unusual (0 to 5 is usual)"),
