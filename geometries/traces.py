@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bsm_mesh.errors import MeshWarning, one_line
+from bsm_mesh.errors import MeshWarning, counted, one_line
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.geojson import lines_of_geojson
 from bsm_mesh.geometries.joint_sets import Fault, FloatArray
@@ -42,7 +42,7 @@ def read_traces(
     path : path
         The file.
     names : mapping of str to str, optional
-        Name of the joint for names of sets in the file; sets not in it are left out.
+        Name of the joint for names of sets in the file; sets not in it are left out, with a warning.
     scale : float, optional
         The file's unit of length [m]; by default the one that the file names (units in the header of a CSV,
         ``$INSUNITS`` of a DXF, the CRS), else 1 m.
@@ -61,6 +61,22 @@ def read_traces(
     GeometryError
         If the file cannot be read, or holds no traces.
     """
+    found, others = chosen_traces(path, names=names, scale=scale, extends=extends, tolerance=tolerance)
+    if others:
+        told = ", ".join(f"'{name}' ({counted(len(lines), 'line')})" for name, lines in sorted(others.items()))
+        warnings.warn(one_line(f"{path}: left out, being named nowhere: {told}"), MeshWarning, stacklevel=2)
+    return found
+
+
+def chosen_traces(
+    path: str | os.PathLike[str],
+    *,
+    names: Mapping[str, str] | None,
+    scale: float | None,
+    extends: bool = False,
+    tolerance: float | None = None,
+) -> tuple[list[Fault], dict[str, list[FloatArray]]]:
+    """Return the traces of a file, a `Fault` a joint, and the sets that `names` leaves out; see `read_traces`."""
     file = as_path("path", path)
     reader = _READERS.get(file.suffix.lower())
     if file.suffix.lower() == ".fab":
@@ -82,11 +98,12 @@ def read_traces(
     if not any(found.sets.get(name) for name in wanted):
         raise GeometryError(f"{file}: holds no traces{_known(found.sets, left_out)}")
     for note in [*([f"left out, being no lines: {left_out}"] if left_out else []), *found.notes]:
-        warnings.warn(one_line(f"{file}: {note}"), MeshWarning, stacklevel=2)
+        warnings.warn(one_line(f"{file}: {note}"), MeshWarning, stacklevel=3)
     joints: dict[str, list[FloatArray]] = {}
     for name, joint in wanted.items():
         joints.setdefault(joint, []).extend(found.sets[name])
-    return [Fault(name=joint, lines=lines, extends=extends) for joint, lines in joints.items()]
+    faults = [Fault(name=joint, lines=lines, extends=extends) for joint, lines in joints.items()]
+    return faults, {name: lines for name, lines in found.sets.items() if name not in wanted and lines}
 
 
 def _known(sets: Mapping[str, object], left_out: str) -> str:

@@ -67,11 +67,11 @@ def _lines(along: Any, reach: Reach) -> list[FloatArray]:
         if short or not along:
             raise ModelError("a line has two points or more")
         return [np.array(line) for line in along]
-    from bsm_mesh.geometries.traces import read_traces
+    from bsm_mesh.geometries.traces import chosen_traces
 
     names = None if along.set is None else {along.set: along.set}
     with geometry_faults():
-        faults = read_traces(reach.path(along.file, "along"), names=names, scale=along.scale)
+        faults, _ = chosen_traces(reach.path(along.file, "along"), names=names, scale=along.scale)
     return [np.asarray(line) for fault in faults for line in fault.lines]
 
 

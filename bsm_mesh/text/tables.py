@@ -24,6 +24,7 @@ PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
 SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
 MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
 LONGEST_WORD = 13  # letters of a wrapped text that stay together where other columns are wide
+ROUNDING = 1e-12  # m: no slip
 SQUARED = ("m2", "m3")  # have no prefix: a mm2 is no thousandth of a m2
 
 
@@ -306,7 +307,7 @@ def joint_rows(results: Results) -> list[tuple[str, ...]]:
             percent(one.slipping),
             percent(one.open),
             engineering(one.pressure, "Pa"),
-            engineering(one.greatest_slip, "m"),
+            engineering(one.greatest_slip if one.greatest_slip > ROUNDING else 0.0, "m"),
         )
         for one in joint_sets(results, results.stages[-1])
         if one.name in with_law

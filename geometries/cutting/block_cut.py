@@ -154,5 +154,6 @@ class BlockCut:
                 f"{counted(self.by.slivers, 'sliver')} thinner than two tolerances joined to the adjacent block"
             )
         if self.holed.size:
-            lines.append(f"{self.holed.size} blocks have a hole and are divided when they are read")
+            have = "has a hole and is" if self.holed.size == 1 else "have a hole and are"
+            lines.append(f"{counted(self.holed.size, 'block')} {have} divided when read")
         return lines

@@ -74,7 +74,8 @@ def test_every_format_gives_the_same_blocks(tmp_path: Path, write: object) -> No
 def test_a_row_a_trace_names_units_and_layers(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("x1,y1,x2,y2,set\n0,0,1000,0,bedding\n0,500,1000,500,bedding\n0,0,0,1,other\n")
-    (found,) = read_traces(path, names={"bedding": "J1"}, scale=1e-3)
+    with pytest.warns(MeshWarning, match=r"left out, being named nowhere: 'other' \(1 line\)"):
+        (found,) = read_traces(path, names={"bedding": "J1"}, scale=1e-3)
     assert found.name == "J1"
     np.testing.assert_allclose(found.lines, [[(0, 0), (1, 0)], [(0, 0.5), (1, 0.5)]])
 
