@@ -81,7 +81,7 @@ JOINT_LENGTH = Quantity(
 CLOSURE = Quantity(unit="m", least=1e-6, most=1, usual=(1e-5, 5e-3), example='"0.2 mm"')
 SLIP = Quantity(unit="m", least=1e-6, most=1e3, usual=(1e-4, 1), example='"5 mm"')
 STRENGTH_FACTOR = Quantity(
-    least=1e-6, most=1e6, usual=(0, 1), usual_why="it is a part of the given strength, 1 all of it", example="0.8"
+    least=1e-6, most=1e6, usual=(1e-6, 1), usual_why="it is a part of the given strength, 1 all of it", example="0.8"
 )
 STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), example='"5 GPa/m"')
 STIFFNESS_EXPONENT = Quantity(above=0, most=2, usual=(0.2, 1), example="0.5")
