@@ -163,8 +163,8 @@ def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) ->
         place = f"stage '{stage.name}'"
         yield from unusual(place, stage)
         yield from _of_unusual_loads(stage.loads, f"{place}: ")
-        for name, part in stage.strength.items():
-            yield from beyond_usual(place, f"strength of '{name}'", part, STRENGTH_FACTOR)
+        for name, share in stage.strength.items():
+            yield from beyond_usual(place, f"strength of '{name}'", share, STRENGTH_FACTOR)
         if stage.shaking is not None:
             yield from unusual(f"{place}: shaking", stage.shaking)
         yield from _of_unusual_gravity(f"stage '{stage.name}': gravity", stage.gravity or (0.0, 0.0))

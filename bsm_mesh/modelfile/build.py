@@ -98,7 +98,10 @@ def read_file(path: Path) -> ModelFile | SpaceFile:
         As `read_model_file`.
     """
     content = read_toml(path, "model file")
-    return (validated_space if content.get("dimensions") == 3 else validated)(content, path.name)
+    dimensions = content.get("dimensions")
+    if dimensions not in (None, 3):
+        raise ModelError(f"{path.name}: dimensions = {dimensions!r}: must be 3; in a model of the plane leave it out")
+    return (validated_space if dimensions == 3 else validated)(content, path.name)
 
 
 def output_folder(file: ModelFile | SpaceFile, path: Path, reach: Reach) -> Path:

@@ -21,6 +21,7 @@ from bsm_mesh.version import __version__
 
 SCHEMA_VERSION = 1  # what ModelFile describes
 MAX_BYTES = 64 << 20
+MEMBER = re.compile(r"(function|lax|constrained|list|tuple|dict|union|literal|nullable)[a-z-]*\[")  # pydantic's
 MESHES = (".msh", ".vtu", ".vtk", ".inp", ".unv", ".bdf", ".med", ".geo")  # endings that are no model file's
 TOO_WIDE = "has more digits than TOML knows (64 bits); correct it"
 PLAIN_WORDS = {  # for pydantic's names of faults
@@ -143,8 +144,11 @@ def _toml_fault(message: str, text: str) -> str:
 
 def sentences(error: ValidationError, root: type[Table] = ModelFile) -> Iterator[str]:
     """Return a sentence for everything that pydantic found in a file of the schema `root`."""
-    for fault in error.errors(include_url=False):
-        path = list(_path(fault["loc"], root))
+    found = [(fault, _path_of(fault, root)) for fault in error.errors(include_url=False)]
+    paths = [path for _, path in found]
+    for fault, path in found:
+        if _of_another_kind(fault, path, paths):
+            continue
         kind, given = fault["type"], fault["input"]
         if kind == "extra_forbidden":
             known = nearest(str(path[-1]), _known_keys(path[:-1], root))
@@ -160,6 +164,13 @@ def sentences(error: ValidationError, root: type[Table] = ModelFile) -> Iterator
             yield f"[rock]: needs a rock at least{_how_to_give(path, root)}"
         else:
             yield f"{_place(path, root)} = {_shown(given)}: {_in_words(fault, given)}"
+
+
+def _of_another_kind(fault: Any, path: list[int | str], paths: list[list[int | str]]) -> bool:
+    """Return whether a fault is that of a kind of value which was not meant, where a key takes several kinds."""
+    if isinstance(fault["input"], dict | list):
+        return any(len(other) > len(path) and other[: len(path)] == path for other in paths)
+    return fault["type"] == "model_type" and paths.count(path) > 1
 
 
 def _in_words(fault: Any, given: object) -> str:
@@ -183,6 +194,12 @@ def _shown(value: object) -> str:
     return text if len(text) < 60 else f"{text[:57]}..."
 
 
+def _path_of(fault: Any, root: type[Table]) -> list[int | str]:
+    """Return the keys of a fault's place; an unknown key may have any name."""
+    loc = fault["loc"]
+    return [*_path(loc[:-1], root), loc[-1]] if fault["type"] == "extra_forbidden" else list(_path(loc, root))
+
+
 def _path(loc: tuple[int | str, ...], root: type[Table]) -> Iterator[int | str]:
     """Return the keys of pydantic's location, without its names for the members of a union."""
     table: type[BaseModel] | None = root
@@ -191,6 +208,8 @@ def _path(loc: tuple[int | str, ...], root: type[Table]) -> Iterator[int | str]:
         if free or isinstance(part, int):
             free = False
             yield part
+        elif table is not None and (part == table.__name__ or MEMBER.match(part)):
+            continue
         elif table is not None and part in _fields(table):
             annotation = _fields(table)[part].annotation
             table, free = _table_in(annotation), "dict[" in str(annotation)

@@ -86,7 +86,10 @@ def test_an_ordinary_model_has_none() -> None:
         ({"stages": [bsm.Stage(name="a")]}, "stage 'a' changes nothing"),
         ({"gravity_horizontal": 0.9}, "gravity: horizontal = 0.9 is unusual (-0.5 to 0.5 is usual)"),
         ({"stages": [bsm.Stage(name="a", gravity=(0, -1))]}, "stage 'a': gravity: vertical = -1 is unusual"),
-        ({"stages": [bsm.Stage(name="a", strength={"J": 80})]}, "stage 'a': strength of 'J' = 80 is unusual (1e-6 to 1"),
+        (
+            {"stages": [bsm.Stage(name="a", strength={"J": 80})]},
+            "stage 'a': strength of 'J' = 80 is unusual (1e-6 to 1",
+        ),
         (
             {"stages": [bsm.Stage(name="a", shaking=bsm.Shaking(record=([0, 1], [0, 1]), scale=50))]},
             "stage 'a': shaking: scale = 50 is unusual (-10 to 10 is usual)",

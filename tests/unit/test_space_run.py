@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.modelfile.model_text import tables_of
-from tests.scenes.small_case import Case
+from tests.scenes.small_case import Case, check_refusal
 from tests.unit.test_key_blocks_command import JOINT
 
 SLOPE = (
@@ -160,3 +160,23 @@ def test_what_is_wrong_is_refused(case: Case, old: str, new: str, said: str) -> 
     assert SLOPE.count(old) == 1
     case.write("slope.toml", SLOPE.replace(old, new))
     case.refuses("run", "slope.toml", says=[said])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("J1 = 0.7", "J9 = 0.7", ["stage 'weaker': strength: there is no joint 'J9'"]),
+        ("dimensions = 3", "dimensions = 4", ["dimensions = 4: must be 3; in a model of the plane leave it out"]),
+        ("point = [1, 1, 1]", "point = [1, 1, 1]\nradius = -1", ["[[joint_plane]] number 1, radius = -1: must be"]),
+        (
+            '[[joint_plane]]\nname = "J1"\ndip = 30\ndip_direction = 90\npoint = [1, 1, 1]',
+            '[[joint_set]]\nname = "J1"\ndip = 30\ndip_direction = 90\nspacing = -1',
+            ["error: slope.toml: [[joint_set]] number 1, spacing = -1: must be"],
+        ),
+        ("dimensions = 3", 'dimensions = 3\n"list[a]" = 1', ["top level: unknown key 'list[a]'"]),
+    ],
+)
+def test_faults_of_such_files_are_said_once_by_their_keys(case: Case, old: str, new: str, words: list[str]) -> None:
+    assert old in SLOPE + WEAKER
+    case.write("slope.toml", (SLOPE + WEAKER).replace(old, new))
+    check_refusal(case.run("run", "slope.toml"), words)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.stages import presence
+from bsm_mesh.model.strength import strength_faults
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.three_d.model.loads import forces_in_space
 from bsm_mesh.three_d.stress_field import in_situ_faults
@@ -52,6 +53,8 @@ def faults_in_space(model: Model) -> list[str]:
         except ModelError as error:
             faults += error.faults
     faults += [text for stage in model.stages for text in _stage_faults(stage)]
+    for stage in model.stages:
+        faults += [f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength)]
     return faults
 
 
