@@ -1,8 +1,8 @@
 """The continuum through the stages of construction, as the Block-Spring Model goes through them.
 
 A stage takes cells away or puts them back and brings loads, a pressure on the new faces, water, bolts and another
-strength; the forces that the removed rock exerted on the rest are released by parts. Rock is elastic and displacements
-are small; joints and bolts keep their history.
+strength; the forces that the removed rock exerted on the rest are released by parts. Rock is elastic or yields, and
+displacements are small; joints and bolts keep their history.
 """
 
 from __future__ import annotations
