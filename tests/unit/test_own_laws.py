@@ -143,7 +143,7 @@ def test_limit_analysis_takes_the_lines_of_an_own_law():
 
 
 def test_limit_analysis_of_a_law_without_lines_says_what_it_needs():
-    with pytest.raises(bsm.ModelError, match=r"the law Coulomb has no method strength_lines\(length\): give it one"):
+    with pytest.raises(bsm.ModelError, match=r"the law Coulomb has no method strength_lines\(length\): add it"):
         bsm.limit_analysis(slab(Coulomb(30.0)))
 
 
