@@ -27,6 +27,7 @@ FORMATS = {  # numbers of libraries and of layouts, and stand-ins for infinity
     "zones/mohr_coulomb.py": {"SETS"},  # of planes
     "limit/program.py": {"SOLVED", "INFEASIBLE", "UNBOUNDED"},
     "motion/contact_columns.py": {"WIDTH"},
+    "motion/meeting.py": {"ARRIVED", "GIVEN_UP", "THREADS"},
     "motion/window_columns.py": {"UNLIMITED", "HIGH"},
 }
 
