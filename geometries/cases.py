@@ -185,7 +185,7 @@ def _import_module(name: str) -> Any:
 def _load_script(path: Path) -> Case:
     """Run a user's script and return its case; a script next to it can be imported."""
     refuse_special(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         known = [entry.name for entry in path.parent.glob("*.py")]
         hint = nearest(path.name, known) if known else ""
         raise GeometryError(f"there is no script {path}{hint}; give the path of a .py file with build(path)")

@@ -45,7 +45,7 @@ def lines_of_gis(file: Path, scale: float | None) -> TraceLines:
         import pyogrio
     except ImportError as fault:
         raise GeometryError(f"{file}: to read shapefiles and GeoPackages: pip install pyogrio") from fault
-    if not file.is_file():
+    if not os.path.isfile(file):  # False for a name that is none
         raise GeometryError(f"{file}: there is no such file")
     _refuse_other_content(file)
     import shapely

@@ -75,7 +75,7 @@ def may_name_others(file: Path) -> bool:
 def refuse_unreadable(file: Path, what: str = "mesh") -> None:
     """Raise a `ModelError` for a path that is no file with something in it; `what` should be in it, for messages."""
     refuse_special(file)
-    if file.is_dir():
+    if os.path.isdir(file):  # False for a name that is none
         raise ModelError(f"{file}: is a folder; give the {what} file in it")
     try:
         with file.open("rb") as opened:

@@ -69,6 +69,7 @@ def test_junk_with_the_ending_of_a_mesh(case: Case, ending: str) -> None:
     ("name", "words"),
     [
         ("mesk.msh", ["mesk.msh: there is no such file", "mesh.msh", "correct the path"]),
+        (f"{3000 * 'x'}.msh", ["cannot be opened (File name too long)"]),
         (".", [": is a folder", "give the mesh file in it"]),
         ("mesh.xyz", ["no mesh format has the ending '.xyz'", ".msh"]),
         ("mesh.geo", ["a script of Gmsh", "gmsh -2 -format msh41 mesh.geo"]),

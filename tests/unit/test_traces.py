@@ -308,3 +308,9 @@ def test_damaged_scan_lines(tmp_path: Path, row: bytes, says: str) -> None:
     (tmp_path / "a.csv").write_bytes(b"distance,dip,dip_direction,set\n0,60,90,J\n" + row + b"\n")
     with pytest.raises(GeometryError, match=re.escape(says)):
         read_scan_line(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("ending", ["csv", "dxf", "geojson", "gpkg"])
+def test_a_name_too_long_for_the_disk_is_refused(ending: str) -> None:
+    with pytest.raises(GeometryError):
+        read_traces(f"{3000 * 'x'}.{ending}")
