@@ -261,21 +261,17 @@ def respond(
     """
     pieces = [(laws[law], k) for law, rows in contacts.by_law for k in _pieces(rows, contacts.count)]
     length = contacts.candidates.length
-
-    def answered(law: JointLaw, k: IntArray | slice) -> JointResponse:
+    names = [] if len(pieces) == 1 else [field.name for field in fields(JointResponse)]
+    whole = {name: np.zeros(contacts.count, bool if name in ("sticking", "failed") else float) for name in names}
+    for law, k in pieces:
         rubs = in_friction[k]
         pressed, tried = np.where(rubs, pressure[k], 0.0), np.where(rubs, trial[k], 0.0)
         with _named(law, pressed):
             answer = law.respond(pressed, np.abs(tried), length[k], *memory_of(law, contacts, k))
         strength, sticking = np.where(rubs, answer.strength, 0.0), answer.sticking & rubs
-        return replace(signed(answer, tried), strength=strength, sticking=sticking)
-
-    if len(pieces) == 1:
-        return answered(*pieces[0])
-    names = [field.name for field in fields(JointResponse)]
-    whole = {name: np.zeros(contacts.count, bool if name in ("sticking", "failed") else float) for name in names}
-    for law, k in pieces:
-        answer = answered(law, k)
+        answer = replace(signed(answer, tried), strength=strength, sticking=sticking)
+        if len(pieces) == 1:
+            return answer
         for name, values in whole.items():
             values[k] = getattr(answer, name)
     return JointResponse(**whole)

@@ -44,7 +44,8 @@ class ExplicitMotion(Cycles):
         contacts, at, d = self.contacts, self.residual.at, self.system.d
         rows = near(contacts, at, 3 * self._settings.window * d)
         laws = self.system.catalogue.laws
-        self._extreme = ExtremeLines(contacts, laws) if self._extreme is None else self._extreme.of(contacts)
+        if self._extreme is None or not self._extreme.hold_for(contacts):
+            self._extreme = ExtremeLines(contacts, laws)
         lines = strength_lines(contacts, at, laws, self._extreme)
         return rows, columns_of(contacts, at, lines, rows)
 

@@ -148,12 +148,11 @@ class ExtremeLines:
         self.low = _tangent(slipping(contacts, laws, none), none)
         self.high = _tangent(slipping(contacts, laws, most), most)
 
-    def of(self, contacts: ContactSet) -> ExtremeLines:
-        """Return those of contacts: the same while neither these nor the state that laws ask for has changed."""
+    def hold_for(self, contacts: ContactSet) -> bool:
+        """Return whether they are those of contacts: neither these nor the state that laws ask for has changed."""
         before, names = self._contacts, {"failed"}.union(*map(remembered_by, self._laws))
         pairs = [(getattr(before, name), getattr(contacts, name)) for name in names]
-        same = before.candidates is contacts.candidates and all(a is b or np.array_equal(a, b) for a, b in pairs)
-        return self if same else ExtremeLines(contacts, self._laws)
+        return before.candidates is contacts.candidates and all(a is b or np.array_equal(a, b) for a, b in pairs)
 
 
 def strength_lines(
