@@ -85,6 +85,19 @@ def test_blocks_without_contacts_carry_no_wave():
         bsm.run(model.replace(blocks=blocks, histories=[]))
 
 
+def test_a_concave_block_whose_centroid_lies_beyond_a_quiet_boundary_is_refused():
+    """The mass of its dashpot would be negative, and the block would fly away."""
+    polygons = [rectangle(0, -1, 4, 0), [(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)]]
+    model = model_of(polygons)
+    model = model.replace(
+        blocks=model.blocks.with_boundary("notch", lambda x, y: (np.abs(x - 1) < 1e-6) & (y > 1 - 1e-6)),
+        supports=[bsm.Fixed(blocks=[0]), bsm.Roller(boundary="notch", direction=0)],
+        stages=[bsm.Stage(name=STAGE, shaking=bsm.Shaking(record=quake(0.3, 1.0, 10.0), quiet=["notch"]))],
+    )
+    with pytest.raises(bsm.ModelError, match="quiet: block 1: the centroid is not inside boundary 'notch'"):
+        bsm.run(model)
+
+
 def test_others_are_shaken_on_without_what_came_down():
     """A block hangs by a weak joint from a roof that is quiet above."""
     polygons = [rectangle(-2, -3, 5, -2), rectangle(-2, 3, 1, 4), rectangle(1, 3, 3, 4), rectangle(0, 2, 1, 3)]

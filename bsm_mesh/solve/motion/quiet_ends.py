@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import ModelError, numbered
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
@@ -79,7 +79,8 @@ class QuietEnds:
         Raises
         ------
         ModelError
-            If blocks at such a boundary have no closed contact, so that no wave leaves them.
+            If blocks at such a boundary have no closed contact, so that no wave leaves them. If a centroid lies beyond
+            the boundary, so that no dashpot has a place.
         """
         parts = [_of_edges(model, name, stiffness) for name in shaking.quiet]
         enters = np.repeat([name == shaking.boundary for name in shaking.quiet], [len(part[0]) for part in parts])
@@ -177,9 +178,15 @@ def _of_edges(model: Model, name: str, stiffness: FloatArray) -> tuple[Any, ...]
     length = np.hypot(*along.T)
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / length[:, None]
     arm = blocks.vertices[edges] + along / 2 - blocks.moments.centroid[owner]
+    depth = (arm * normal).sum(axis=1)
+    if len(behind := owner[depth <= ROUNDING * length]):
+        raise ModelError(
+            f"shaking: quiet: {numbered('block', behind)}: the centroid is not inside boundary '{name}', so a dashpot "
+            f"has no place; divide concave blocks there, or remove '{name}' from quiet"
+        )
     density = (model.weights / GRAVITY / blocks.moments.area)[owner, None]
     moduli, directions = waves_along(stiffness[rock], normal)
     speed = np.sqrt(moduli / density)
-    delay = (arm * normal).sum(axis=1)[:, None] / speed
+    delay = depth[:, None] / speed
     owner, length, arm = (np.repeat(each, 2, axis=0) for each in (owner, length, arm))
     return owner, arm, directions.reshape(-1, 2), (density * speed).ravel() * length, delay.ravel(), length
