@@ -156,10 +156,10 @@ def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: flo
     with ThreadPoolExecutor(len(strips) - 1) as threads:
         try:
             others = [threads.submit(gone_through, own) for own in strips[1:]]
-        except BaseException:  # the system may start no more
+            went = gone_through(strips[0])
+        except BaseException:  # the system may start no more, or the user interrupts
             give_up(meeting)
             raise
-        went = gone_through(strips[0])
         for other in others:
             other.result()
     return went
