@@ -1,7 +1,8 @@
 """State variables of contacts: an accepted step hands them to the next, a stage to the stage after it.
 
-A new one is a field here. Steps, windows of explicit motion, stages, subdomains and checkpoints carry every field; a
-law that depends on it names it in `remembers` (`model/joint_laws/law.py`).
+A new one is a field here, and `model/law_faults.py` lists it. Steps, windows of explicit motion, stages, subdomains
+and checkpoints carry every field; a law that depends on it names it in `remembers` (`model/joint_laws/law.py`). Points
+in space and in zones have histories of their own (`three_d/contacts/history.py`, `solve/zones/joint_history.py`).
 """
 
 from __future__ import annotations

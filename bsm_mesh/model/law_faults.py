@@ -14,6 +14,12 @@ from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, 
 PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
 DEEPEST = 1e12  # N/m: beyond any wall strength, so that asperities shear off
 FARTHEST = 1e3  # m: slip by which all that wears off has worn off
+PAST = {
+    "offset": 0.0,
+    "first_tangential": 0.0,
+    "mated": False,
+    "slip_path": FARTHEST,
+}  # state variables other than `failed`
 
 
 def law_faults(law: Any, *, tension: bool) -> list[str]:
@@ -29,6 +35,8 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
     who = f"the law {type(law).__name__}"
     if not callable(getattr(law, "respond", None)) or isinstance(law, type):
         return [f"{who}: has no method respond(pressure, trial_shear, length, failed) (docs/theory_joint_laws.md)"]
+    if unknown := [name for name in remembered_by(law) if name not in PAST]:
+        return [f"{who}: remembers {unknown[0]!r}; give a tuple of state variables of contacts: {', '.join(PAST)}"]
     pressure = np.array([0.0, 0.0, 1e5, 1e5, 1e5, *PROBED, *([-1e3] * tension)])
     trial = np.array([0.0, 0.0, 1.0, 1e9, 1e9, *(1e9 for _ in PROBED), *([1.0] * tension)])
     failed = np.array([False, True, False, True, False, *(False for _ in PROBED), *([False] * tension)])
@@ -82,7 +90,7 @@ def fails_by_slip(law: JointLaw) -> bool:
     """Return whether a contact that slides far enough fails by a law, at one of the pressures that are probed."""
     pressure = np.array([*PROBED, DEEPEST])
     one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
-    memory = (intact, *(FARTHEST * one for _ in remembered_by(law)))
+    memory = (intact, *(np.full(len(pressure), PAST[name]) for name in remembered_by(law)))
     return bool(law.respond(pressure, BEYOND_STRENGTH * one, one, *memory).failed.any())
 
 

@@ -11,7 +11,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.arrays import content_hash
+from bsm_mesh.contact.state import STATE
 from bsm_mesh.model.joint_laws import memory_of
+from bsm_mesh.model.law_faults import PAST
 from bsm_mesh.model.strength import Reduced
 from tests.scenes.shapes import rectangle, running_bond, turned
 
@@ -311,6 +313,37 @@ def test_a_law_is_given_the_state_variables_that_it_names():
     assert_allclose(first, [0.5, 0.5, 1.0])
     assert_allclose(weaker, first / 2)
     assert_allclose(halved.respond(one, one, one, contacts.failed).strength, 0.5)
+
+
+class Mated(Clean):
+    """Knows whether walls fit together, and answers for flags alone."""
+
+    remembers = ("mated",)
+
+    def respond(self, pressure, trial_shear, length, failed, mated=None):
+        if mated is not None:
+            np.logical_or(failed, ~mated)
+        return Coulomb.respond(self, pressure, trial_shear, length, failed)
+
+
+@pytest.mark.parametrize("names", [("slip_path", "velocity"), "slip_path"])
+def test_a_law_that_names_no_state_variable_is_refused(names):
+    law = type("Vague", (Clean,), {"remembers": names})(45.0)
+    with pytest.raises(bsm.ModelError, match=r"the law Vague: remembers '(velocity|s)'; give a tuple of state variab"):
+        bsm.Joint("J", 1e9, 1e9, law=law)
+
+
+def test_zones_refuse_a_law_whose_state_variables_they_have_not():
+    model = slab(Mated(45.0)).replace(rocks=[bsm.Rock("r", 25e3, young=1e9, poisson=0.2, zones=bsm.Zones(order=1))])
+    with pytest.raises(bsm.ModelError, match="joint 'J': its law remembers 'mated', and zones remember offset and sli"):
+        bsm.run(model)
+
+
+def test_a_law_is_asked_for_slip_with_flags_as_flags():
+    """`law_faults` knows all state variables, and of which type they are."""
+    assert {"failed", *PAST} == set(STATE)
+    with pytest.raises(bsm.ModelError, match="residual_tensile_strength = 1000 Pa never acts"):
+        bsm.Joint("J", 1e9, 1e9, law=Mated(45.0), tensile_strength=1e5, residual_tensile_strength=1e3)
 
 
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])

@@ -8,14 +8,32 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.model.joint_laws import Elastic, JointLaw
+from bsm_mesh.errors import raise_faults
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, remembered_by
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
 from bsm_mesh.model.materials import Rock, law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
 
+REMEMBERED = ("offset", "slip_path")  # state variables of points of interfaces, `failed` apart
+
 
 def interface_laws(model: Model) -> tuple[JointLaw, ...]:
-    """Return the laws of all interfaces, by number."""
+    """Return the laws of all interfaces, by number.
+
+    Raises
+    ------
+    ModelError
+        If one depends on a state variable that points of interfaces have not.
+    """
+    raise_faults(
+        [
+            f"joint '{joint.name}': its law remembers '{name}', and zones remember {' and '.join(REMEMBERED)} only; "
+            "choose another law, or leave zones out"
+            for joint in model.joints
+            for name in (() if joint.law is None else remembered_by(joint.law))
+            if name not in REMEMBERED
+        ]
+    )
     rocks = rocks_of(model)
     between = (None if _yield(one, other) else law_between(one, other) for one in rocks for other in rocks)
     return (*(joint.law or Elastic() for joint in model.joints), *(law or Elastic() for law in between), Elastic())
