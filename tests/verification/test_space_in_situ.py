@@ -37,12 +37,17 @@ def test_jointed_rock_rests_under_a_uniform_stress():
     assert_allclose(stage.stress[free], np.broadcast_to(TENSOR, (len(free), 3, 3)), atol=1e-9 * 3e6)
 
 
-def test_the_weight_of_the_ground_squeezes_along_the_trend_and_across():
-    """Cubes of 26 kN/m3 below a surface 10 m over them, K 2 along 30 degrees from north and 0.5 across."""
+@pytest.mark.parametrize("level", [None, 11.0])
+def test_the_weight_of_the_ground_squeezes_along_the_trend_and_across(level):
+    """Cubes of 26 kN/m3 below a surface 10 m over them, K 2 along 30 degrees from north and 0.5 across.
+
+    Under a water table contacts carry the effective stress, and the total stress is the same.
+    """
     cubes = [box((i, j, k), (i + 1, j + 1, k + 1)) for i in range(3) for j in range(3) for k in range(3)]
     held = [n for n in range(27) if n != 13]
     field = bsm.InSitu(surface=13.0, surcharge=1e5, k0=2.0, k0_across=0.5, trend=30.0)
-    model = model_in_space(cubes, fixed=held, friction=50, in_situ=field)
+    water = None if level is None else bsm.Water(plane=bsm.HeadPlane(point=(0, 0, level), dip=0, dip_direction=0))
+    model = model_in_space(cubes, fixed=held, friction=50, in_situ=field, water=water)
     (stage,) = bsm.run(model, OPTIONS).stages
     assert_allclose(stage.displacement, 0, atol=1e-14)
     vertical = -(26e3 * (13 - 1.5) + 1e5)
