@@ -101,14 +101,16 @@ def test_strip_footing():
 
 
 def test_rock_that_is_put_back_is_without_plastic_strain():
-    model = Hole().model(6, 3)
-    core = list(model.stages[0].excavate)
-    results = bsm.run(model.replace(stages=[*model.stages, bsm.Stage(name="fill", fill=core)]))
+    """Also rock that yielded before it was taken away: the ring about the first hole."""
+    model, ring = Hole().model(6, 3), [0, 1, 2]
+    back = [*model.stages[0].excavate, *ring]
+    more = bsm.Stage(name="wider", excavate=ring), bsm.Stage(name="fill", fill=back)
+    results = bsm.run(model.replace(stages=[*model.stages, *more]))
     assert results.status == "stable"
-    dug, filled = (stage.zones for stage in results.stages[-2:])
-    assert dug.yielded.max() == 1.0
-    assert not filled.yielded[np.isin(filled.block, core)].any()
-    assert_allclose(filled.plastic_strain[~np.isin(filled.block, core)], dug.plastic_strain, rtol=1e-6)
+    hole, dug, filled = (stage.zones for stage in results.stages[-3:])
+    assert hole.yielded[np.isin(hole.block, ring)].max() == 1.0
+    assert not filled.yielded[np.isin(filled.block, back)].any()
+    assert_allclose(filled.plastic_strain[~np.isin(filled.block, back)], dug.plastic_strain, rtol=1e-6)
 
 
 REFUSED = [
