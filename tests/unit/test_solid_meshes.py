@@ -9,11 +9,13 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.three_d import read_polyhedra
+from bsm_mesh.converters.three_d.elements import element_faces
 from tests.scenes.rock_3d import wedge_factor
 from tests.scenes.small_case import Case
 from tests.scenes.solid_meshes import incline, layers, wedge
 
 ROUNDING = 1e-9  # of coordinates that Gmsh's geometry kernel has computed
+CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], dtype=float)
 MODEL = """
 dimensions = 3
 {mesh}
@@ -74,6 +76,13 @@ def test_regions_between_joints_are_blocks(tmp_path, form):
     assert_allclose(blocks.moments.volume[blocks.excavations["lid"]], 2, rtol=ROUNDING)
     (below,) = blocks.boundary_blocks("bottom")
     assert_allclose(blocks.moments.centroid[below, 2], (1 + 4 / 12 * np.tan(np.radians(30)) ** 2) / 2, rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("corners", [(0, 1, 2, 3, 4, 5, 6, 7), (4, 5, 6, 7, 0, 1, 2, 3)])
+def test_faces_of_inverted_elements_look_outward(corners):
+    loop = CUBE[element_faces("mesh", CUBE, [("hexahedron", np.array([corners]))]).loops]
+    normal = np.cross(loop[:, 1] - loop[:, 0], loop[:, 2] - loop[:, 1])
+    assert_allclose(((loop.mean(axis=1) - 0.5) * normal).sum(axis=1), 0.5)
 
 
 def test_elements_are_blocks(mesh):
