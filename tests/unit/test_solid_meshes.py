@@ -85,6 +85,13 @@ def test_faces_of_inverted_elements_look_outward(corners):
     assert_allclose(((loop.mean(axis=1) - 0.5) * normal).sum(axis=1), 0.5)
 
 
+def test_a_triangle_on_a_quadrilateral_does_not_conform():
+    points = np.concatenate([CUBE, [(0.5, 0.5, 2)]])
+    elements = [("hexahedron", np.arange(8)[None]), ("tetra", np.array([(4, 5, 6, 8)]))]
+    with fault("mesh: 1 triangle of elements on a quadrilateral of another: the mesh does not conform"):
+        element_faces("mesh", points, elements)
+
+
 def test_elements_are_blocks(mesh):
     whole, regions = read_polyhedra(mesh, blocks="elements"), read_polyhedra(mesh)
     assert whole.count == len(whole.cell_block) > 20
