@@ -21,7 +21,7 @@ from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
-from bsm_mesh.model.supports import Target, bars_of
+from bsm_mesh.model.supports import Fixed, Target, bars_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.zones import zone_faults, zones_in_space
 
@@ -176,13 +176,21 @@ def _shaking_faults(model: Model, shaking: Shaking) -> Iterable[str]:
 
 def _quiet_faults(model: Model, shaking: Shaking) -> Iterable[str]:
     """Return a sentence for every quiet boundary that cannot be one."""
+    blocks = model.blocks
     supported = {support.boundary for support in model.supports if isinstance(support, Target)}
+    fixed = np.zeros(blocks.count, dtype=bool)
+    for support in model.supports:
+        if isinstance(support, Fixed) and support.blocks:
+            fixed[[block for block in support.blocks if block < blocks.count]] = True
+        elif isinstance(support, Fixed) and support.boundary in {*blocks.boundaries}.difference(shaking.quiet):
+            fixed[blocks.owner[blocks.boundary_edges(support.boundary)]] = True
     for name in shaking.quiet:
-        if name not in model.blocks.boundaries:
-            yield f"quiet: there is no boundary '{name}'{nearest(name, model.blocks.boundaries)}"
-            continue
-        if name not in supported:
+        if name not in blocks.boundaries:
+            yield f"quiet: there is no boundary '{name}'{nearest(name, blocks.boundaries)}"
+        elif name not in supported:
             yield f"quiet: boundary '{name}' has no support; give it one, which holds it before it is shaken"
+        elif len(edges := blocks.boundary_edges(name)) and fixed[blocks.owner[edges]].all():
+            yield f"quiet: other supports fix all blocks at boundary '{name}', so no wave passes; remove these supports"
 
 
 def _missing(

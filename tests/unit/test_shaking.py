@@ -75,6 +75,12 @@ def test_quiet_boundaries_that_cannot_be_are_said():
     assert "stage 's': shaking: quiet: there is no boundary 'lower'" in str(raised.value)
     assert "quiet: boundary 'right' has no support" in str(raised.value)
     assert "boundary 'left'" not in str(raised.value)
+    with pytest.raises(bsm.ModelError, match="quiet: other supports fix all blocks at boundary 'left', so no wave"):
+        model.replace(
+            blocks=blocks,
+            supports=[bsm.NormalRoller(boundary="left"), bsm.Fixed(blocks=[0]), bsm.Fixed(boundary="right")],
+            stages=[bsm.Stage(name="s", shaking=bsm.Shaking(**SINE, quiet=["left"]))],
+        )
 
 
 def test_digests_of_models_that_are_not_shaken_stay():
