@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -17,7 +17,6 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.in_stage import model_in_stage
-from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, Stage, presence
 from bsm_mesh.solve.zones import departures
@@ -28,14 +27,12 @@ from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibriu
 from bsm_mesh.solve.zones.fields import RockStiffness, block_averages, forces_of_stress
 from bsm_mesh.solve.zones.fills import Fill
 from bsm_mesh.solve.zones.ground import (
-    PoreWater,
     initial_history,
     initial_stress,
     pore_water,
     seepage_forces,
 )
 from bsm_mesh.solve.zones.interfaces import open_joints
-from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints, slip_path_after
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization, continuum_mesh
@@ -47,34 +44,11 @@ from bsm_mesh.solve.zones.stage_solution import StageEnd, stage_solution
 from bsm_mesh.solve.zones.supports import held_displacements
 from bsm_mesh.solve.zones.system import FreeUnknowns, loose_parts, refuse_loose
 from bsm_mesh.solve.zones.tangents import Tangents
+from bsm_mesh.solve.zones.zones_state import ZonesState
 
 PARTS = 4  # of the unbalanced force, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
 WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
-
-
-@dataclass(eq=False, slots=True)
-class _State:
-    """What changes from stage to stage; `model` and `joints` have the strength and the gravity of the stage."""
-
-    model: Model
-    u: FloatArray
-    origin: FloatArray
-    joints: JointPoints | None
-    history: JointHistory | None
-    bolts: EmbeddedBolts | None
-    loads: tuple[ActingLoad, ...]
-    water: PoreWater | None
-    pressures: FloatArray
-    relief: FloatArray  # of rock that yields
-    unreleased: list[tuple[FloatArray, float]] = field(default_factory=list)  # forces; part released
-    fills: tuple[Fill, ...] = ()
-
-    def held_back(self, part: float) -> FloatArray:
-        """Return the rest of excavation forces once a part is released; forget what is released whole."""
-        self.unreleased = [(forces, max(released, part)) for forces, released in self.unreleased]
-        self.unreleased = [(forces, released) for forces, released in self.unreleased if released < 1]
-        return sum(((1 - released) * forces for forces, released in self.unreleased), np.zeros_like(self.u))
 
 
 class Continuum:
@@ -193,7 +167,7 @@ class _Run:
         none = np.zeros(continuum.loaded[1].N)
         self.plastic = PlasticCells(model, basis, continuum.mesh.block, stiffness)
         relief, loads = self.plastic.nothing(), model.acting_loads
-        self.state = _State(model, zero, zero, joints, history, bolts, loads, water, none, relief)
+        self.state = ZonesState(model, zero, zero, joints, history, bolts, loads, water, none, relief)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
         self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
