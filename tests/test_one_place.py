@@ -1,4 +1,4 @@
-"""Functions fit on a screen; files are written, and processes started, in one place; tests import no benchmarks."""
+"""Functions fit on a screen, files are short; writers and starters of processes stand once; no benchmark in tests."""
 
 import ast
 from pathlib import Path
@@ -10,6 +10,7 @@ from tests.test_architecture import PARTS, below, imports
 ROOT = Path(__file__).parent.parent
 
 
+MOST_LINES = 400  # of a file
 SCREEN = 60  # lines of a function of the solver, signature and docstring with it: whoever checks it sees all of it
 
 
@@ -27,6 +28,13 @@ def test_functions_of_the_solver_fit_on_a_screen():
     ]
     found = {str(path.relative_to(ROOT)): long_functions(path.read_text(encoding="utf-8")) for path in files}
     assert {path: functions for path, functions in found.items() if functions} == {}
+
+
+def test_files_fit_in_a_head():
+    folders = ("bsm_mesh", "converters", "geometries", "tests", "benchmarks", "tools", "verification")
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    lines = {str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in files}
+    assert {path: count for path, count in lines.items() if count > MOST_LINES} == {}
 
 
 def test_the_walk_finds_long_functions():
