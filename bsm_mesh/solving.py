@@ -134,13 +134,14 @@ def _scheme_of(
     """Return the scheme of a model that can be analysed, the model under the pressure of its flow, notes, the flow."""
     from bsm_mesh import space
     from bsm_mesh.model.kinds import in_space
+    from bsm_mesh.model.notes import notes_of
     from bsm_mesh.solve.continuation.plan import USUAL
     from bsm_mesh.solve.continuation.scheme import ContinuationScheme
     from bsm_mesh.solve.linear.readiness import make_ready, solver_faults  # compiled code: not before it is needed
 
     if in_space(model.blocks):
         space.refuse_unready(model, solver_faults(options), options.scheme)
-        return ContinuationScheme(model, options, report, route or USUAL), model, (), None
+        return ContinuationScheme(model, options, report, route or USUAL), model, tuple(notes_of(model)), None
     ready = make_ready(model, options)
     if options.scheme == "linear":
         from bsm_mesh.solve.linear.scheme import LinearScheme

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
     from bsm_mesh.three_d.model.loads import forces_in_space
+    from bsm_mesh.three_d.model.notes import notes_in_space
     from bsm_mesh.three_d.model.parts import some_polyhedra
     from bsm_mesh.three_d.model.supports import bars_in_space
     from bsm_mesh.three_d.proof import proof_in_space
@@ -30,6 +31,7 @@ __all__ = [
     "faults_in_space",
     "forces_in_space",
     "joint_polygons",
+    "notes_in_space",
     "proof_in_space",
     "refuse_unready",
     "some_polyhedra",
@@ -44,6 +46,7 @@ HOMES = {
     "faults_in_space": "bsm_mesh.three_d.model.given",
     "forces_in_space": "bsm_mesh.three_d.model.loads",
     "joint_polygons": "bsm_mesh.three_d.joint_polygons",
+    "notes_in_space": "bsm_mesh.three_d.model.notes",
     "proof_in_space": "bsm_mesh.three_d.proof",
     "refuse_unready": "bsm_mesh.three_d.model.given",
     "some_polyhedra": "bsm_mesh.three_d.model.parts",

@@ -210,5 +210,6 @@ def find_results(folder: Path) -> Path:
         for place, what in ((own.running, "under way"), (own.interrupted, "that was interrupted"))
         if finished_stages(place)
     ]
-    what = f"holds no results (no {SUMMARY})" if folder.is_dir() else "is no folder"
+    what = "is no folder" if folder.exists() else "does not exist"
+    what = f"holds no results (no {SUMMARY})" if folder.is_dir() else what
     raise ModelError(f"{folder} {what}; give the output folder of a run{''.join(hints)}")

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh import space
 from bsm_mesh.errors import counted
 from bsm_mesh.model.faces import count_faces
 from bsm_mesh.model.flow import Flow, FlowChange
 from bsm_mesh.model.joint_laws import MohrCoulomb
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import InSituTraction, Load
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
@@ -37,32 +39,36 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
     fails : bool
         Whether its joints may fail when it is solved; then those that cannot are noted.
     """
+    if in_space(model.blocks):
+        return space.notes_in_space(model)
     rocks, joints = used_rocks(model), used_joints(model)
     found = [
-        *_of_size(model),
-        *_of_what_is_held(model),
+        *of_size(model),
+        *of_what_is_held(model),
         *unused_in(model),
-        *_of_weights(rocks),
+        *of_weights(rocks),
         *(_of_unlimited(model, rocks, joints) if fails else ()),
-        *_of_strength(rocks, joints),
-        *_of_unusual(model, rocks, joints),
+        *of_strength(rocks, joints),
+        *of_unusual(model, rocks, joints),
         *_of_ground(model),
         *_of_levels(model),
-        *_of_stages(model),
+        *of_stages(model),
         *(() if fails else _of_strength_that_does_not_matter(model)),
     ]
     return list(dict.fromkeys(found))
 
 
-def _of_size(model: Model) -> Iterator[str]:
-    width, height = np.ptp(model.blocks.vertices, axis=0)
-    size = float(max(width, height))
-    if not SMALLEST <= size <= GREATEST:
-        cure = ' (unit = "mm" where it is in mm)' if size > GREATEST else ""
-        yield f"the model measures {width:.4g} m by {height:.4g} m: check the unit of length of its mesh{cure}"
+def of_size(model: Model) -> Iterator[str]:
+    """Say that a model is smaller than specimens or larger than slopes."""
+    sides = np.ptp(model.blocks.vertices, axis=0).tolist()
+    if not SMALLEST <= max(sides) <= GREATEST:
+        cure = ' (unit = "mm" where it is in mm)' if max(sides) > GREATEST else ""
+        measures = " by ".join(f"{side:.4g} m" for side in sides)
+        yield f"the model measures {measures}: check the unit of length of its mesh{cure}"
 
 
-def _of_what_is_held(model: Model) -> Iterator[str]:
+def of_what_is_held(model: Model) -> Iterator[str]:
+    """Say that every block is held."""
     held = np.zeros(model.blocks.count, dtype=bool)
     for support in model.supports:
         if isinstance(support, Fixed) and support.blocks is not None:
@@ -71,13 +77,15 @@ def _of_what_is_held(model: Model) -> Iterator[str]:
         yield "every block is held by supports: nothing can move, whatever acts; hold fewer blocks"
 
 
-def _of_weights(rocks: Iterable[Rock]) -> Iterator[str]:
+def of_weights(rocks: Iterable[Rock]) -> Iterator[str]:
+    """Say which rocks have no weight."""
     for rock in rocks:
         if rock.unit_weight == 0:
             yield f"rock '{rock.name}' has no weight: unit_weight = 0"
 
 
-def _of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+def of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    """Say which numbers of joint laws contradict each other."""
     for joint in joints:
         if isinstance(joint.law, MohrCoulomb):
             yield from _beyond_apex(f"joint '{joint.name}'", joint.tensile_strength, joint.law.cohesion, joint.law)
@@ -139,7 +147,8 @@ def of_unusual_rocks(rocks: Sequence[Rock]) -> Iterator[str]:
         yield from unusual(f"rock '{rock.name}'", rock, without=("unit_weight",) if rock.unit_weight == 0 else ())
 
 
-def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+def of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    """Say which numbers of a model are allowed but not usual."""
     yield from of_unusual_rocks(rocks)
     for joint in joints:
         for part in (joint, joint.filling, joint.law):
@@ -252,7 +261,8 @@ def _of_levels(model: Model) -> Iterator[str]:
                 )
 
 
-def _of_stages(model: Model) -> Iterator[str]:
+def of_stages(model: Model) -> Iterator[str]:
+    """Say that the first stage changes nothing."""
     installs = {bolt.stage for bolt in model.bolts}
     for stage in model.stages[:1]:  # a later one may release what the former held
         grounds = stage.excavate or stage.fill or stage.loads or stage.water is not None or stage.flow is not None

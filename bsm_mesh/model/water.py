@@ -50,6 +50,12 @@ class HeadPlane:
         raise_faults(rules.faults)
         object.__setattr__(self, "point", tuple(float(part) for part in parts))
 
+    @property
+    def up(self) -> FloatArray:
+        """Normal of the plane with an upward component of 1, (3,)."""
+        dip, way = np.radians([self.dip, self.dip_direction])
+        return np.array([np.tan(dip) * np.sin(way), np.tan(dip) * np.cos(way), 1.0])
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Water:

@@ -44,8 +44,7 @@ class WaterOnPolyhedra:
             return
         self.unit_weight = water.unit_weight
         if water.plane is not None:
-            dip, way = np.radians([water.plane.dip, water.plane.dip_direction])
-            self.up = np.array([np.tan(dip) * np.sin(way), np.tan(dip) * np.cos(way), 1.0])
+            self.up = water.plane.up
             self.level = float(self.up @ water.plane.point)
         self._of_faces = _joint_pressures(blocks, water.joint_pressure, model.default_joint)
         self._set_triangles(blocks, self._of_faces)

@@ -164,7 +164,7 @@ def test_no_continuum_of_rigid_rock_without_joints(case: Case) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (None, ["out holds no results", "give the output folder of a run"]),
+        (None, ["out does not exist", "give the output folder of a run"]),
         ("[1, 2]", ["is not from a run of bsm-mesh"]),
         ("null", ["is not from a run of bsm-mesh"]),
         ('{"name": "npm"}', ["is not from a run of bsm-mesh"]),

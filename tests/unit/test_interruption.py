@@ -124,7 +124,7 @@ def test_finished_stages_stay_and_are_told(case: Case, number: signal.Signals) -
     assert names(case.folder / "out") == ["model.interrupted"]
     if number != signal.SIGINT:
         return
-    says = ["out/model holds no results", "finished stages of a run that was interrupted are in out/model.interrupted"]
+    says = ["out/model does not exist", "finished stages of a run that was interrupted are in out/model.interrupted"]
     case.refuses("plot", "out/model", says=says)
     assert case.run("plot", "out/model.interrupted", "--only", "joints_state").code == 0
     assert case.run("run", "model.toml", "-q").code == 0

@@ -94,7 +94,7 @@ def test_reading_puts_nothing_right_that_no_run_left(stranger: Case, ending: str
     assert tree(stranger.folder) == before
     (stranger.folder / "out").rename(stranger.folder / "other")
     before = tree(stranger.folder)
-    with pytest.raises(ModelError, match="holds no results"):
+    with pytest.raises(ModelError, match="does not exist"):
         Results.load(stranger.folder / "out")
     assert tree(stranger.folder) == before
 

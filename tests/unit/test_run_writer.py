@@ -241,7 +241,7 @@ def test_a_run_that_fails_keeps_its_finished_stages(tmp_path: Path, old: Results
     (note,) = caught.value.__notes__
     assert note == f"finished and in {tmp_path / 'out.interrupted'}: 1 stage (initial)"
     assert names(tmp_path) == ["out.interrupted"]
-    with pytest.raises(ModelError, match=r"holds no results .* that was interrupted are in .*out\.interrupted"):
+    with pytest.raises(ModelError, match=r"does not exist.* that was interrupted are in .*out\.interrupted"):
         Results.load(tmp_path / "out")
 
 

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.model.notes import notes_of
 from bsm_mesh.three_d.model.parts import some_polyhedra
 from tests.scenes.polyhedra import box, model_in_space, on_incline
 
@@ -80,6 +81,23 @@ def test_the_trend_of_an_earthquake_is_for_polyhedra_and_goes_with_gravity():
 def test_a_run_of_polyhedra_is_refused_before_it_begins(options, changes, match):
     with fault(match):
         bsm.run(on_incline(0).replace(**changes), options)
+
+
+@pytest.mark.parametrize(
+    ("changes", "note"),
+    [
+        ({"water": bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 50), dip=3))}, "water: the plane lies"),
+        ({"water": bsm.Water(plane=bsm.HeadPlane(point=(0, 0, -9)))}, "water: the plane lies below all blocks"),
+        ({"rocks": [bsm.Rock("granite", unit_weight=26e3), bsm.Rock("gneis", unit_weight=26e3)]}, "rock 'gneis' is used by no block"),
+        ({"rocks": [bsm.Rock("granite", unit_weight=90e3)]}, "rock 'granite': unit_weight = 90000 N/m^3 is unusual"),
+        ({"supports": [bsm.Fixed(blocks=[0, 1])]}, "every block is held by supports"),
+    ],
+)
+def test_what_is_not_usual_of_polyhedra_is_noted(changes, note):
+    model = on_incline(0)
+    assert notes_of(model) == []
+    assert [text.startswith(note) for text in notes_of(model.replace(**changes))] == [True]
+    assert bsm.run(model.replace(**changes), bsm.Options(threads=1)).stages[0].notes[0].startswith(note)
 
 
 def test_what_knows_polygons_alone_says_so(tmp_path):

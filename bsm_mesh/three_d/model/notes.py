@@ -1,0 +1,62 @@
+"""Allowed but unusual input of a model of polyhedra, a sentence each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.errors import nearest
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.model.notes import of_size, of_stages, of_strength, of_unusual, of_weights, of_what_is_held
+from bsm_mesh.model.unused import used_rocks
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.materials import Joint
+    from bsm_mesh.model.model import Model
+
+
+def notes_in_space(model: Model) -> list[str]:
+    """Return notes on a model of polyhedra that limit the trust in its verdict, a sentence each."""
+    rocks, joints = used_rocks(model), _used_joints(model)
+    found = [
+        *of_size(model),
+        *of_what_is_held(model),
+        *_unused("rock", "block", [rock.name for rock in model.rocks], [rock.name for rock in rocks]),
+        *_unused("joint", "face", [joint.name for joint in model.joints], [joint.name for joint in joints]),
+        *of_weights(rocks),
+        *of_strength(rocks, joints),
+        *of_unusual(model, rocks, joints),
+        *_of_water(model),
+        *of_stages(model),
+    ]
+    return list(dict.fromkeys(found))
+
+
+def _used_joints(model: Model) -> list[Joint]:
+    assert in_space(model.blocks)
+    numbers = np.unique(model.blocks.face_joint)
+    names = {model.blocks.joint_names[k] for k in numbers[numbers >= 0]} | {model.default_joint}
+    return [joint for joint in model.joints if joint.name in names]
+
+
+def _unused(kind: str, part: str, defined: list[str], used: list[str]) -> Iterator[str]:
+    for name in defined:
+        if name not in used:
+            yield f"{kind} '{name}' is used by no {part}{nearest(name, used)}"
+
+
+def _of_water(model: Model) -> Iterator[str]:
+    """Say which planes of head lie above the model by more than its height, or below all of it."""
+    vertices = model.blocks.vertices
+    low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
+    waters = (("water", model.water), *((f"stage '{stage.name}': water", stage.water) for stage in model.stages))
+    for place, water in waters:
+        if water is None or water.plane is None:
+            continue
+        depth = (water.plane.point - vertices) @ water.plane.up
+        if depth.min() > high - low:
+            yield f"{place}: the plane lies {depth.min():.6g} m above the top of the model (z = {high:.6g} m)"
+        if depth.max() < 0:
+            yield f"{place}: the plane lies below all blocks (the lowest point of the model is at z = {low:.6g} m)"
