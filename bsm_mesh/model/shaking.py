@@ -129,9 +129,6 @@ class Shaking:
         if self.mass_damping is not None:
             object.__setattr__(self, "mass_damping", _damping(self.mass_damping, rules))
         raise_faults(rules.faults)
-        still = "scale" if self.scale == 0 else "amplitude" if self.amplitude == 0 else ""
-        if still:
-            raise_faults([f"shaking: {still} = 0 shakes nothing; give another number, or remove the shaking"])
         if self.every is not None and self.every > self.length:
             raise_faults([f"shaking: every = {self.every:g} s is longer than the {self.length:g} s that are followed"])
 

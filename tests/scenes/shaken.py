@@ -63,7 +63,8 @@ def rocking(half_width, half_height, tilt, shaking, kn=1e9, **given):
             found.append((record.time, motion().position[1, 2]))
 
     start = Start(position=position, history=history, intact=False, bolts=InstalledBolts.of(model, position))
-    loop = ShakenContinuation(model, bsm.Options(), watch, start, shaking=shaking)
+    nobody = np.zeros(0, np.int64)
+    loop = ShakenContinuation(model, bsm.Options(), watch, start, shaking=shaking, quiet=nobody)
     loop.run()
     return *np.array(found).T, loop
 

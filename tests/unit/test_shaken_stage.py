@@ -152,6 +152,14 @@ def test_a_verdict_says_what_it_means():
     assert any("no baseline" in note for note in bsm.run(block_on_plane(record, friction=0.5)).stages[-1].notes)
 
 
+def test_a_record_of_nothing_is_not_survived():
+    """Blocks are followed all the same: they move freely from where they are."""
+    still = bsm.Shaking(waveform="sine", frequency=2, amplitude=0.0, duration=0.2)
+    stage = bsm.run(block_on_plane(still, friction=0.5)).stages[-1]
+    assert stage.notes[0].startswith("nothing shook the model: amplitude or scale is 0")
+    assert not any("survived" in note for note in stage.notes)
+
+
 def test_energies_that_do_not_balance_are_no_answer():
     stage = bsm.run(wall(replace(HARD, max_imbalance=1e-9))).stages[-1]
     assert stage.status == "not_converged"

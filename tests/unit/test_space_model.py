@@ -88,7 +88,10 @@ def test_a_run_of_polyhedra_is_refused_before_it_begins(options, changes, match)
     [
         ({"water": bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 50), dip=3))}, "water: the plane lies"),
         ({"water": bsm.Water(plane=bsm.HeadPlane(point=(0, 0, -9)))}, "water: the plane lies below all blocks"),
-        ({"rocks": [bsm.Rock("granite", unit_weight=26e3), bsm.Rock("gneis", unit_weight=26e3)]}, "rock 'gneis' is used by no block"),
+        (
+            {"rocks": [bsm.Rock(name, unit_weight=26e3) for name in ("granite", "gneis")]},
+            "rock 'gneis' is used by no block",
+        ),
         ({"rocks": [bsm.Rock("granite", unit_weight=90e3)]}, "rock 'granite': unit_weight = 90000 N/m^3 is unusual"),
         ({"supports": [bsm.Fixed(blocks=[0, 1])]}, "every block is held by supports"),
     ],

@@ -20,7 +20,7 @@ def notes_on_shaking(model: Model, stage: StageResult) -> Iterator[str]:
     if found is None or shaking is None:
         return
     yield from _input(shaking, found)
-    if stage.status.is_stable:
+    if stage.status.is_stable and max(BaseMotion(shaking).peaks) > 0:
         yield "the blocks survived this record; that is no factor of safety"
     yield _movement(stage, found)
     if found.heavier.any():
@@ -34,6 +34,9 @@ def _input(shaking: Shaking, found: ShakingResult) -> Iterator[str]:
     """Return what moved the blocks, and whether it ended with a movement."""
     base = BaseMotion(shaking)
     acceleration, velocity = base.peaks
+    if max(base.peaks) == 0:
+        yield f"nothing shook the model: amplitude or scale is 0; the blocks were followed for {found.time[-1]:.4g} s"
+        return
     if shaking.boundary is not None:
         if shaking.quantity == "stress":
             what = f"a stress of up to {velocity:.3g} Pa acted on"
