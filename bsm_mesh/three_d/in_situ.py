@@ -23,6 +23,7 @@ def in_situ_history(model: Model) -> tuple[PointHistory, tuple[str, ...]]:
     """
     system = BlockSystem(model)
     found = system.gather(PointHistory.none(), system.start, first=True)
+    found = found.some(np.flatnonzero(found.within_tolerance), np.arange(len(system.start), dtype=np.int32))
     point = system.centroid[found.candidates.block_a] + found.geometry[:, :3]
     force = _forces(system, found, point)  # on a
     normal = found.geometry[:, 6:9]

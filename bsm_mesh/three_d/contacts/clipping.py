@@ -11,8 +11,9 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 
-FACING = 0.7071  # cosine: faces within 45 degrees of opposite may touch; of steeper ones another face of b faces better
-PARALLEL = 0.1  # sine of 6 degrees: faces nearer to parallel touch flat, along b's normal; such edges have no normal
+FACING = 0.7071  # cosine: the normal of two edges that cross lies within 45 degrees of the mean of the faces'
+PARALLEL = 0.1  # sine of 6 degrees: faces nearer to parallel touch flat, along b's normal; such edges have no normal,
+# and faces nearer to perpendicular do not face each other
 DOUBLE = 1e-7  # of the faces' size: corners nearer than this are one
 CORNER_OF_A, CORNER_OF_B, EDGES = 0, 1, 2  # what meets in a corner
 
@@ -55,7 +56,7 @@ def facing_faces(
         for f in range(start[pairs[p, 0]], start[pairs[p, 0] + 1]):
             for g in range(start[pairs[p, 1]], start[pairs[p, 1] + 1]):
                 cosine = normal[f, 0] * normal[g, 0] + normal[f, 1] * normal[g, 1] + normal[f, 2] * normal[g, 2]
-                if cosine > -FACING:
+                if cosine > -PARALLEL:
                     continue
                 apart = False
                 for u in range(3):

@@ -94,10 +94,7 @@ class Renewal:
 
     def _behind(self, new: PolygonPoints, before: PolygonPoints) -> BoolArray:
         """Return the points (k,) of polygons that were not there before and begin deep: faces that were passed."""
-        _, polygon = np.unique(new.key // SLOTS, return_inverse=True)
-        deepest = np.full(len(new.key), np.inf)
-        np.minimum.at(deepest, polygon, new.found_gap)
-        behind: BoolArray = (deepest < -RULES.initial_penetration * self.size)[polygon]
+        behind: BoolArray = _least_gaps(new) < -RULES.initial_penetration * self.size
         return behind & ~np.isin(new.key // SLOTS, before.key // SLOTS)
 
     def _moving(self, position: FloatArray) -> BoolArray:
@@ -105,6 +102,23 @@ class Renewal:
         turn = np.linalg.norm(position[:, 3:], axis=1) * self.block_size
         moves: BoolArray = np.linalg.norm(position[:, :3], axis=1) + turn > SLID * self.block_size
         return moves
+
+
+def points_apart(
+    surfaces: Surfaces, catalogue: PolygonCatalogue, start: FloatArray, held: BoolArray, band: float, size: float
+) -> PolygonPoints:
+    """Return the points of blocks as given (n, 6) that do not touch but may in the first step: faces with a gap."""
+    found = surfaces.polygons(start, ~held, held, band, RULES.min_overlap * size)
+    return found.some((_least_gaps(found) > RULES.rounding * size) & catalogue.have_stiffness(found))
+
+
+def _least_gaps(points: PolygonPoints) -> FloatArray:
+    """Return the least gap of the polygon of every point (k,) [m]."""
+    _, polygon = np.unique(points.key // SLOTS, return_inverse=True)
+    least = np.full(len(points.key), np.inf)
+    np.minimum.at(least, polygon, points.found_gap)
+    of_each: FloatArray = least[polygon]
+    return of_each
 
 
 def _on_faces_of(points: PolygonPoints, others: tuple[PolygonPoints, ...], moves: BoolArray) -> BoolArray:

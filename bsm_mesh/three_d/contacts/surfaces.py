@@ -84,9 +84,10 @@ class Surfaces:
         pairs = pairs[~(held[pairs[:, 0]] & held[pairs[:, 1]])]
         faces = facing_faces(pairs, start, normal, low, high, band)
         sizes, rows = clipped(faces, corners, offsets, normal)
-        kept = _facing_best(faces, block, normal) & (sizes > 0)
-        rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
+        faces, sizes = faces[sizes > 0], sizes[sizes > 0]
         rows, faces, sizes = _touching(rows, faces, sizes, (block, start, corners, offsets), band, narrow)
+        kept = _facing_best(faces, block, normal)
+        rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
         return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
 
     def _points(
@@ -151,8 +152,16 @@ def _touching(
     if not len(faces):
         return rows, faces, sizes
     first = np.cumsum(sizes) - sizes
-    across = rows[:, 9:12]
-    mean = np.add.reduceat(across, first)
+    least = np.minimum.reduceat(rows[:, 12], first)
+    base, ends = rows[:, :3], np.append(first, len(rows))
+    area = np.linalg.norm(vector_areas(base, ends), axis=1)
+    around = np.add.reduceat(np.linalg.norm(base[next_corner(ends)] - base, axis=1), first)
+    wide = 2 * area > narrow * around  # a narrow one is the elastic penetration of a face past another's edge
+    near = (np.abs(least) <= band) & wide
+    rows, faces, sizes, least = rows[np.repeat(near, sizes)], faces[near], sizes[near], least[near]
+    if not len(faces):
+        return rows, faces, sizes
+    mean = np.add.reduceat(rows[:, 9:12], np.cumsum(sizes) - sizes)
     mean /= np.linalg.norm(mean, axis=1)[:, None]
     thin = np.full(len(faces), np.inf)
     for side in (0, 1):
@@ -164,19 +173,15 @@ def _touching(
             "ij,ij->i", corners[np.repeat(begin - firsts, end - begin) + np.arange(len(owner))], mean[owner]
         )
         thin = np.minimum(thin, np.maximum.reduceat(heights, firsts) - np.minimum.reduceat(heights, firsts))
-    least = np.minimum.reduceat(rows[:, 12], first)
-    base, offsets = rows[:, :3], np.append(first, len(rows))
-    area = np.linalg.norm(vector_areas(base, offsets), axis=1)
-    around = np.add.reduceat(np.linalg.norm(base[next_corner(offsets)] - base, axis=1), first)
-    wide = 2 * area > narrow * around  # a narrow one is the elastic penetration of a face past another's edge
-    good = (least <= band) & (least >= -np.minimum(SUNK * thin, band)) & wide
+    good = least >= -SUNK * thin
     return rows[np.repeat(good, sizes)], faces[good], sizes[good]
 
 
 def _facing_best(faces: IntArray, block: IntArray, normal: FloatArray) -> BoolArray:
     """Return which pairs of surfaces (q, 2) face each other hardly worse than others of one face and the other block.
 
-    A face that touches an edge of a block meets both faces there, and counts once.
+    A face that touches an edge of a block meets both faces there, and counts once. Pairs that share nothing are none:
+    the bottom of a block that slides down to a floor faces it best, but lies over the slope.
     """
     tilt = np.arccos(np.clip(-np.einsum("ij,ij->i", *normal[faces.T]), -1.0, 1.0))
     best = np.ones(len(faces), dtype=bool)

@@ -27,7 +27,7 @@ from bsm_mesh.three_d.contacts.forces import (
 from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
 from bsm_mesh.three_d.contacts.kernels import max_relative_movement
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
-from bsm_mesh.three_d.contacts.renewal import Renewal
+from bsm_mesh.three_d.contacts.renewal import Renewal, points_apart
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
 from bsm_mesh.three_d.water import WaterOnPolyhedra
@@ -69,16 +69,19 @@ class BlockSystem(System):
 
     def _renewal_of(self, model: Model) -> Renewal:
         assert in_space(model.blocks)
-        given = given_points(model, self.prescribed_blocks)
+        held, band = self.prescribed_blocks, BAND * self.d
+        surfaces = Surfaces(blocks=model.blocks, rule=model.contact_points)
+        apart = points_apart(surfaces, self.catalogue, self.start, held, band, self.size)
+        given = given_points(model, held).with_more(apart)
         return Renewal(
-            surfaces=Surfaces(blocks=model.blocks, rule=model.contact_points),
+            surfaces=surfaces,
             catalogue=self.catalogue,
             given=given,
             contacts=contacts_of(given, PolygonPoints.none(), self.catalogue),
-            held=self.prescribed_blocks,
+            held=held,
             block_size=self.block_size,
             size=self.size,
-            band=BAND * self.d,
+            band=band,
         )
 
     def _rotary(self, weight: FloatArray) -> FloatArray:
