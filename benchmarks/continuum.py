@@ -93,7 +93,7 @@ def table(lines: list[Line]) -> str:
             " Processor time, up to the last stage compared: one continuum solution takes "
             f"{ratios[len(ratios) // 2]:.2g} times as long as the blocks' "
             f"(median of the models; {ratios[0]:.2g} to {ratios[-1]:.2g}), "
-            f"all together {sum(e for _, e in times) / 1e3:.2g} s beside {sum(b for b, _ in times) / 1e3:.2g} s."
+            f"all together {sum(e for _, e in times) / 1e3:.2g} s against {sum(b for b, _ in times) / 1e3:.2g} s."
         )
     return f"{told}\n\n{markdown(HEADER, lines)}"
 
