@@ -66,7 +66,7 @@ def summary() -> str:
         f"{len(quick)} quick cases from {len(SOURCES)} sources, and {slow} that take longer. Of the quick ones "
         f"{elsewhere} have their answer from the thesis, from books, or from other programs."
     )
-    return f"{told}\n\n{markdown(('the answer is from', 'quick cases', 'largest error over what is allowed'), rows)}"
+    return f"{told}\n\n{markdown(('the answer is from', 'quick cases', 'largest error over the tolerance'), rows)}"
 
 
 def front() -> str:

@@ -153,13 +153,13 @@ STATED = (
     Case(name="two-springs", what="block of 10 m on 40 degrees, elastic", source="3dec",
          quantity="toe, heel [N/m]; closure, shear [1e-8 m]", compute=two_springs, tolerance=1e-5),
     *(Case(name=f"3dec-{word}", what=f"block of {height:g} m, friction {friction:g}, on {plane:g} degrees",
-           source="3dec", quantity="what it does",
+           source="3dec", quantity="movement",
            compute=lambda word=word, given=(height, friction, plane): (word, how_it_fails(*given)), tolerance=0.0)
       for word, height, friction, plane in (("stands", 10.0, 40.1, 40.0), ("slides", 5.0, 20.0, 40.0),
                                             ("topples", 25.0, 40.0, 30.0))),
     Case(name="sliding-without-toppling", what="block of 25 m, friction 20, on 40 degrees: as it slides, the force on "
          "its base acts h / 2 tan(phi) = 4.55 m from the middle of 10 m, so that it does not turn; charts of statics "
-         "say that it slides and topples", source="statics", quantity="what it does",
+         "say that it slides and topples", source="statics", quantity="movement",
          compute=lambda: ("slides", how_it_fails(25.0, 20.0, 40.0)), tolerance=0.0),
     Case(name="limit-angle", what="flat block, friction 35, planes of 34.99 and 35.01 degrees", source="statics",
          quantity="angle [degrees]", compute=limit_angle, tolerance=3e-4),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from importlib import import_module
 
-# Pages, their titles, and what is on them in this order. A name without a dot is one of `bsm_mesh`.
+# Pages, their titles, and their content in this order. A name without a dot is one of `bsm_mesh`.
 PAGES: dict[str, tuple[str, str]] = {
     "running": (
         "Load, run, judge",
