@@ -13,8 +13,8 @@ from bsm_mesh.errors import ModelError, counted, raise_faults
 from bsm_mesh.model.quantities import (
     COHESION,
     COORDINATE,
+    EARTH_FACTOR,
     FRICTION,
-    LOAD_FACTOR,
     OVERCONSOLIDATION,
     PRESSURE,
     UNIT_WEIGHT,
@@ -87,7 +87,7 @@ class EarthPressure:
     cohesion: Annotated[float, COHESION] = 0.0
     surcharge: Annotated[float, PRESSURE] = 0.0
     overconsolidation: Annotated[float, OVERCONSOLIDATION] = 1.0
-    factor: Annotated[float, LOAD_FACTOR] = 1.0
+    factor: Annotated[float, EARTH_FACTOR] = 1.0
 
     def __post_init__(self) -> None:
         rules = Rules("load")

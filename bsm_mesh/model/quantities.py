@@ -111,6 +111,7 @@ STRESS = Quantity(unit="Pa", least=-1e10, most=1e10, usual=(-2e8, 2e8), example=
 STRESS_GRADIENT = Quantity(unit="Pa/m", least=-1e8, most=1e8, usual=(-1e6, 1e6), example='"26 kN/m^3"')
 PRESSURE = Quantity(unit="Pa", least=0, most=1e10, usual=(0, 2e8), example='"220 kPa"')
 LOAD_FACTOR = Quantity(least=-1e9, most=1e9, example="1.5")
+EARTH_FACTOR = Quantity(least=0, most=1e9, usual=(0.1, 10), example="1.35", why="soil presses and does not pull")
 OVERCONSOLIDATION = Quantity(least=1, most=1e3, usual=(1, 50), example="2")
 RELAXATION = Quantity(least=0, most=1, example="0.5")
 STRESS_RATIO = Quantity(least=0, most=20, usual=(0, 5), example="0.5", why="it is horizontal over vertical stress")

@@ -96,6 +96,7 @@ def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
     else:
         with placed(path.name):
             blocks = _cut(file, sets, bodies)
+    raise_faults([f"{path.name}: [key_blocks] {fault}" for fault in _unknown_to(blocks, file)])
     return LoadedSpace(
         path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints), output_folder=folders[0]
     )
@@ -161,6 +162,19 @@ def _name_faults(file: SpaceFile) -> list[str]:
     elif file.mesh.rock is not None and file.mesh.rock not in file.rock:
         faults.append(f"[mesh] rock: there is no [rock.{file.mesh.rock}]{nearest(file.mesh.rock, file.rock)}")
     return faults
+
+
+def _unknown_to(blocks: Polyhedra, file: SpaceFile) -> list[str]:
+    """Return a sentence for every name asked of the key blocks that the blocks do not have."""
+    return [
+        f"{key}: there is no {kind} '{name}'{nearest(name, known)}"
+        for key, kind, names, known in (
+            ("free", "boundary", file.key_blocks.free, blocks.boundaries),
+            ("joint_pressure", "joint", file.key_blocks.joint_pressure, blocks.joint_names),
+        )
+        for name in names
+        if name not in known
+    ]
 
 
 def _made(faults: list[str], makers: list[Callable[[], Any]]) -> list[Any]:

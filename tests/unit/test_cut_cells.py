@@ -8,6 +8,8 @@ import bsm_mesh as bsm
 from bsm_mesh.geometries import Exponential, GeometryError, three_d
 from bsm_mesh.geometries.orientations import upward_normals
 from bsm_mesh.geometries.three_d import rock_mass
+from bsm_mesh.geometries.three_d.cell_complex import CellComplex
+from bsm_mesh.geometries.three_d.crowding import expected_cells
 from tests.scenes.rock_3d import planes, tunnel_rock
 
 ROUNDING = 1e-12  # of a volume of some thousand m3
@@ -195,8 +197,33 @@ def test_bad_descriptions_are_named(make, message):
         make()
 
 
+def test_blocks_are_counted_before_they_are_cut():
+    """Cubes to a seventh, for planes at the rim of the box count; scattered planes to a twentieth."""
+    cubes = [a_set(f"A{d}{a}", d, a, spacing=0.25) for d, a in ((0, 0), (90, 0), (90, 90))]
+    assert_allclose(expected(cubes), VOLUME * 4**3, rtol=0.15)
+    walls = [a_set("A", 90, 0, spacing=0.05), a_set("B", 90, 90, spacing=0.05)]
+    assert_allclose(expected(walls), 120 * 100, rtol=0.05)
+    scattered = [a_set("A", 20, 0, spacing=0.6, scatter=40), a_set("B", 80, 100, spacing=0.5, scatter=40)]
+    scattered.append(a_set("C", 70, 20, spacing=0.7, scatter=40))
+    assert_allclose(expected(scattered), blocks_of(joints=scattered).count, rtol=0.05)
+    assert expected([]) == 1
+
+
+def expected(joints):
+    low, high = np.array(BOX)
+    return expected_cells([(j.planes(low, high, 0), j.persistence) for j in joints], low, high)
+
+
+def test_spacings_in_millimetres_are_refused_before_rock_is_cut(monkeypatch):
+    monkeypatch.setattr(CellComplex, "cut", lambda *_, **__: pytest.fail("rock was cut"))
+    sets = [a_set(f"A{d}{a}", d, a, spacing=0.002) for d, a in ((0, 0), (90, 0), (90, 90))]
+    with pytest.raises(GeometryError, match=r"into about 2e\+10 blocks.*check that lengths are in metres"):
+        blocks_of(joints=sets)
+
+
 def test_more_blocks_than_a_machine_holds_are_refused(monkeypatch):
     monkeypatch.setattr(rock_mass, "MAX_CELLS", 20)
+    monkeypatch.setattr(rock_mass, "CROWDED", np.inf)
     sets = [three_d.JointSet(name=f"J{dip}", dip=dip, dip_direction=0, spacing=0.1) for dip in (0, 90)]
     with pytest.raises(GeometryError, match="'J0': the joints cut the box into more than"):
         three_d.cut_cells(three_d.RockMass(box=((0, 0, 0), (10, 10, 10)), joints=sets))

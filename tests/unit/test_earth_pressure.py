@@ -52,6 +52,7 @@ def soil(**changes):
         ({"theory": "coulomb", "cohesion": 1e3}, 'cohesion has no effect here; give theory = "rankine"'),
         ({"cohesion": 1e3, "surface": [(0, 0), (9, 1)]}, "cohesion needs level ground"),
         ({"overconsolidation": 2}, "overconsolidation belongs to the state at_rest, not active"),
+        ({"factor": -1}, "factor = -1 must be 0 to 1e9; soil presses and does not pull"),
         ({"boundary": 3}, "load: boundary = 3 must be a text"),
     ],
 )

@@ -203,6 +203,16 @@ def test_what_is_wrong_is_refused(case: Case, old: str, new: str, said: str) -> 
     case.refuses("key-blocks", "roof.toml", says=[said])
 
 
+@pytest.mark.parametrize("command", ["run", "key-blocks"])
+def test_every_command_refuses_names_that_lead_nowhere(case: Case, command: str) -> None:
+    for keys, said in (
+        ("free = ['tops']", "[key_blocks] free: there is no boundary 'tops'; did you mean 'top'?"),
+        ("joint_pressure = { J7 = 1e4 }", "[key_blocks] joint_pressure: there is no joint 'J7'; did you mean 'J1'?"),
+    ):
+        case.write("roof.toml", ROOF.replace("[[excavation]]", f"[key_blocks]\n{keys}\n[[excavation]]", 1))
+        case.refuses(command, "roof.toml", says=[said])
+
+
 @pytest.mark.parametrize("command", ["check", "limit", "safety"])
 def test_other_commands_say_that_they_read_no_such_file(case: Case, command: str) -> None:
     case.write("roof.toml", ROOF)
