@@ -92,7 +92,7 @@ _HOME = {
 def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: str | None = None) -> LimitAnalysis:
     """Return whether a stage of the model, the last by default, is statically admissible, and the greatest load factor.
 
-    See `bsm_mesh.solve.limit_analysis.limit_analysis`; what it proves is one-sided.
+    See `bsm_mesh.solve.limit_analysis.limit_analysis`; its proof is one-sided.
 
     Examples
     --------

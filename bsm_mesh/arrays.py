@@ -57,7 +57,7 @@ class ReadOnlyMapping(Mapping[str, Value]):
 class Portable:
     """Base of a frozen dataclass with arrays: pickled, copied or sent to another process they are read-only again.
 
-    What was derived from the fields and kept (`functools.cached_property`) is left behind.
+    Cached values derived from the fields (`functools.cached_property`) are left behind.
     """
 
     __slots__ = ()
@@ -134,7 +134,7 @@ def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | No
     Parameters
     ----------
     values : array_like
-        What the user gave.
+        The user's input.
     dtype : dtype
         Element type to convert to.
     shape : tuple
@@ -174,8 +174,8 @@ def content_hash(thing: Any) -> str:
     """Return the SHA-256 of a (nested) dataclass's content: equal models have equal digests.
 
     Fields with ``metadata={"in_hash": False}`` (derived or cosmetic) do not count, those with ``"given"``, which came
-    after digests had been written, only where they are not None. What is no
-    dataclass, as a joint law of the user's own may be, counts by its class's name and its attributes.
+    after digests had been written, only where they are not None. An object
+    that is no dataclass, such as a user's own joint law, counts by its class's name and its attributes.
     """
     state = hashlib.sha256()
     _feed(state, thing)
@@ -217,7 +217,7 @@ def _shows_an_address(thing: Any) -> bool:
 
 
 def _content(thing: Any) -> tuple[Any, ...]:
-    """Return what makes a function, or an object of a plain class, what it is."""
+    """Return the content that identifies a function or an object of a plain class."""
     if isinstance(thing, FunctionType):
         code = thing.__code__
         constants = tuple(part for part in code.co_consts if not isinstance(part, CodeType))

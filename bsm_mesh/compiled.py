@@ -2,7 +2,7 @@
 
 A file's name holds a digest of all that went into the kernel: its bytecode, that of all kernels that it calls, the
 constants that they see, the types of its arguments, the level of the processor and the versions of the compiler. So a
-kernel is compiled anew exactly where it has to be; files need no list of what is in them, which two processes could
+kernel is compiled anew exactly where it has to be; files need no list of contents, which two processes could
 write at once; and they can be copied to another machine. A file that is damaged or cannot be written stops no run.
 """
 
@@ -81,7 +81,7 @@ class KernelCache:
         return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep what was compiled for a signature."""
+        """Keep the compiled kernel of a signature."""
         kernel_files.write(self.name(signature, levels()[-1]), dumps(self._form.reduce(compiled)))
 
     def name(self, signature: Any, level: str) -> str:
@@ -125,7 +125,7 @@ def _portable() -> str:
 
 @cache
 def _digest(kernel: Any) -> str:
-    """Return a digest of what is compiled into a kernel, when it is first asked for: by then its module is read."""
+    """Return a digest of the source compiled into a kernel, when it is first asked for: by then its module is read."""
     found = hashlib.sha256()
     for part in compiled_into(kernel):
         function = part.py_func
@@ -137,7 +137,7 @@ def _digest(kernel: Any) -> str:
 
 
 def _seen(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
-    """Yield what the names in a function represent outside it, and those of modules of the package."""
+    """Yield the objects that the names in a function represent outside it, and those of modules of the package."""
     names, scope = sorted(_names(function.__code__)), dict(function.__globals__)
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         names, scope[name] = [*names, name], cell.cell_contents

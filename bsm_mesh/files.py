@@ -41,7 +41,7 @@ def tell(operation: str, *paths: Path) -> None:
 def whole_file(path: Path, *, parents: bool = False, settled: bool = False) -> Iterator[Path]:
     """Give a draft next to `path`, of the same ending, to write to; it is renamed when the block ends.
 
-    If the block raises, the draft is removed and what was there stays. Drafts of `path` that a killed process left
+    If the block raises, the draft is removed and the former file stays. Drafts of `path` that a killed process left
     are removed.
 
     Parameters
@@ -158,7 +158,7 @@ def private_folder() -> Path | None:
 
 
 def make_folder(path: Path) -> list[Path]:
-    """Make a folder and those above it that are missing; return what was made, the topmost first."""
+    """Make a folder and those above it that are missing; return the new folders, the topmost first."""
     made: list[Path] = []
     try:
         for place in [place for place in (path, *path.parents) if not place.is_dir()][::-1]:
@@ -248,7 +248,7 @@ def remove_tree(path: Path, last: str = "") -> None:
     path : Path
         The folder; a link to one is refused, and those in it are removed as links.
     last : str
-        Name of a file in it that goes when all else is gone: it says what the rest is.
+        Name of a file in it that goes when all else is gone: it identifies the rest.
     """
     if not os.path.lexists(path):
         return

@@ -40,7 +40,7 @@ class Places:
     write : Path or None
         Where a new one is kept; None: nowhere.
     note : str
-        What is said when one is kept; empty: nothing.
+        Message when one is kept; empty: none.
     """
 
     read: tuple[Path, ...]

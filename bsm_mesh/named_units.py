@@ -81,7 +81,7 @@ def factor_of(unit: str, known: dict[str, float], what: str, cure: str) -> float
     known : dict of str to float
         `LENGTHS` or `STRESSES`.
     what, cure : str
-        What has the unit, and the option that gives another.
+        The thing with the unit, and the option that gives another.
 
     Raises
     ------

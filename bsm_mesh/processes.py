@@ -1,4 +1,4 @@
-"""Modules of ours in a Python of their own: what may die, or never end, does so there."""
+"""Modules of ours in a Python of their own: code that may die, or never end, does so there."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ SPECIAL = {
 
 
 def as_path(name: str, value: object) -> Path:
-    """Return the input as a path; raise `ModelError` for what is none, by its name."""
+    """Return the input as a path; raise `ModelError` for a value that is no path, by its name."""
     if fault := path_fault(name, value):
         raise ModelError(fault)
     assert isinstance(value, str | os.PathLike)
@@ -48,7 +48,7 @@ def as_given_text(cell: str) -> str:
 
 
 def refuse_special(path: str | os.PathLike[str]) -> None:
-    """Raise `ModelError` for what is there but no regular file; what is not there is reported when it is opened."""
+    """Raise `ModelError` for a file that is not regular; a missing file is reported when it is opened."""
     if fault := special_fault(path):
         raise ModelError(fault)
 

@@ -1,4 +1,4 @@
-"""Which coordinates of what is drawn or meshed in space are right and up in its section."""
+"""Which coordinates in space are right and up in the section of a drawing or mesh."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def solve(
 ) -> Results:
     """Return the results of a model, from where `resumption` says, by a route; other arguments as in `run`.
 
-    `proves` says whether limit analysis is asked to prove what is unstable.
+    `proves` says whether limit analysis is asked to prove unstable verdicts.
     """
     from bsm_mesh import space
     from bsm_mesh.model.kinds import in_space

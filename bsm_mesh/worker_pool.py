@@ -276,7 +276,7 @@ def send(stream: IO[bytes], content: bytes) -> None:
 
 
 def receive(stream: IO[bytes]) -> Any:
-    """Return what the process at the other end of a pipe sends; None if it has ended, amid it or before."""
+    """Return the message of the process at the other end of a pipe; None if it has ended, amid it or before."""
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         return None

@@ -21,7 +21,7 @@ UNTIL = "_until"  # a column of the other ends of ranges
 
 
 class Column(NamedTuple):
-    """A column of numbers: where it is, its name, and by what it is multiplied."""
+    """A column of numbers: its place, name, and factor."""
 
     number: int
     name: str

@@ -24,7 +24,7 @@ STATUS_NAMES = tuple(status.name.lower() for status in ContactStatus)
 
 
 def names_of_contacts(results: Results) -> dict[str, int]:
-    """Return what the numbers of ``status`` and ``joint`` mean."""
+    """Return the meanings of the numbers of ``status`` and ``joint``."""
     status, joints = numbered("status", STATUS_NAMES), numbered("joint", results.joint_names)
     return {**status, **joints, f"joint:{ROCK_FACE}": -1}
 

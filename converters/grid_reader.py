@@ -1,7 +1,7 @@
 """VTU files read by VTK in a process of its own, which stays for the next ones and ends with this one.
 
-A results folder may come from anywhere, and VTK's reader dies of counts that are not true (signals 6 and 11). What it
-reads comes back as plain arrays, whose sizes are checked here.
+A results folder may come from anywhere, and VTK's reader dies of counts that are not true (signals 6 and 11). Its data
+come back as plain arrays, whose sizes are checked here.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class _Process:
         self._owner = 0
 
     def ask(self, content: bytes) -> tuple[Content, dict[str, npt.NDArray[Any]]] | str:
-        """Return what is read of a file's content, or of what a reader died."""
+        """Return the data of a file's content, or the signal that ended its reader."""
         with self._lock:
             reader = self._started()
             assert reader.stdin is not None
@@ -99,14 +99,14 @@ def read_arrays(content: bytes, path: Path) -> tuple[Content, dict[str, npt.NDAr
     Parameters
     ----------
     content : bytes
-        What the file holds.
+        Content of the file.
     path : Path
         The file, for messages.
 
     Raises
     ------
     ModelError
-        If it is damaged: its reader finds so, dies of it, or does not come to an end; or what it finds fits nowhere.
+        If it is damaged: its reader finds so, dies of it, or does not come to an end; or its data fit nowhere.
     """
     found = _process.ask(content)
     if isinstance(found, str):
@@ -157,7 +157,7 @@ def _sent(stream: IO[bytes], told: Content, arrays: dict[str, npt.NDArray[Any]])
 
 
 def _limit(size: int) -> None:
-    """Limit what the next file may take, of `size` bytes; nothing where the system knows no limits."""
+    """Limit time and memory for the next file, of `size` bytes; nothing where the system knows no limits."""
     try:
         import resource
     except ImportError:  # Windows

@@ -64,8 +64,8 @@ class Grid:
     point_data, cell_data : mapping of str to array
         Arrays of numbers with one row a point, one row a cell.
     names : mapping of str to int
-        What the numbers of an array mean: ``"joint:J1": 3`` where 3 in the array ``joint`` is J1. In the file each is a
-        field array of one number, as meshio keeps names of groups: meshio, VisIt and others read no file with a text
+        Meanings of the numbers of an array: ``"joint:J1": 3`` where 3 in the array ``joint`` is J1. In the file each is
+        a field array of one number, as meshio keeps names of groups: meshio, VisIt and others read no file with a text
         array in it.
     units : mapping of str to str
         Unit of each array that has one, in the file VTK's ``UNITS_LABEL``. Not read back.
@@ -138,7 +138,7 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
     Parameters
     ----------
     content : bytes
-        What the file holds.
+        Content of the file.
     path : Path
         The file, for messages.
     needs : sequence of str

@@ -67,7 +67,7 @@ def abutting_sets(relations: Any, least: float = 0.5) -> dict[str, tuple[str, ..
 def ended(joints: Sequence[Any], traces: Sequence[FloatArray]) -> list[FloatArray]:
     """Return the traces of all joints, (n, 2, 2) [m] each, ended at the sets that these abut on.
 
-    Sets that others abut on come first: a trace ends at the rest of another, not at what was cut off it.
+    Sets that others abut on come first: a trace ends at the rest of another, not at the part cut off it.
 
     Raises
     ------

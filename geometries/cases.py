@@ -56,8 +56,8 @@ class Case:
         Raises
         ------
         GeometryError
-            For bad parameters; where a user's script raises, with its file and line, and what it
-            raised as ``__cause__``.
+            For bad parameters; where a user's script raises, with its file and line, and its
+            exception as ``__cause__``.
         """
         target = Path(path)
         if self.script is None:

@@ -1,8 +1,8 @@
 """The hanging wall slope of the Cassiar open pit: the case history of Wang (section 8.3).
 
 The text gives the height, the two rocks, the dyke, two faults, contact and five joints by name, and that a wedge above
-the fault and to the right of the dyke moves; where they lie is in Figs. 8.15 and 8.16 only. What is here is a
-reconstruction. The toe of the slope is the origin; the slope rises to the left.
+the fault and to the right of the dyke moves; where they lie is in Figs. 8.15 and 8.16 only. The section here
+is a reconstruction. The toe of the slope is the origin; the slope rises to the left.
 
 The dyke is the back of the wedge, the North Fault its steep base, Fault A1 its flat one, which daylights in the face.
 Joints B to E divide the wedge into five layers, joint F runs through the rock below it. Rock between two of these is

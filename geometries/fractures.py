@@ -121,7 +121,7 @@ def _cut(
 
 
 def _parsed(file: Path) -> _File:
-    """Return what the file says; what cannot be read is reported with its line."""
+    """Return the content of the file; a line that cannot be read is reported."""
     found, lines = _File(), iter(enumerate(read_text(file).splitlines(), start=1))
     section, line = "", 0
     try:

@@ -38,7 +38,7 @@ def lines_of_gis(file: Path, scale: float | None) -> TraceLines:
     Raises
     ------
     GeometryError
-        If pyogrio is not installed, the content is not what the ending says, GDAL cannot read the file, or coordinates
+        If pyogrio is not installed, the content contradicts the ending, GDAL cannot read the file, or coordinates
         are degrees.
     """
     try:

@@ -23,7 +23,7 @@ TEXTS = re.compile(r'"(?:[^"]|"")*"')
 
 
 class NoPlaneError(Exception):
-    """Coordinates of a CRS are no lengths in a plane: the text says what they are."""
+    """Coordinates of a CRS are no lengths in a plane: the text states their unit."""
 
 
 def unit_of_crs(crs: str | None) -> Unit | None:
@@ -85,7 +85,7 @@ def unit_on_map(file: Path, what: str, crs: str | None, scale: float | None, fou
     file : Path
         The file, for messages.
     what : str
-        What is in the CRS, for messages.
+        The thing in the CRS, for messages.
     crs : str, optional
         The CRS, None for none.
     scale : float, optional

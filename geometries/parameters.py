@@ -1,4 +1,4 @@
-"""Checks of what a geometry is made of: every fault is collected, then raised as one error."""
+"""Checks of a geometry's parameters: every fault is collected, then raised as one error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Checks:
     Parameters
     ----------
     thing : str
-        What the values belong to; the first word of each fault.
+        Owner of the values; the first word of each fault.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ class ParameterChecks(Checks):
 
 
 def _number(value: object) -> float:
-    """Return a number as a float; NaN for what is none, and for a truth value."""
+    """Return a number as a float; NaN for any other value and for a truth value."""
     if isinstance(value, bool) or not isinstance(value, Real | Integral):
         return math.nan
     try:

@@ -32,7 +32,7 @@ class GroupName:
     Attributes
     ----------
     kind : GroupKind
-        What the group represents.
+        Meaning of the group.
     name : str
         Which one, for example ``gneiss``.
     """

@@ -37,7 +37,7 @@ def sides_of(blocks: Sequence[int] | range, sides: Sequence[int] = (0, 1, 2, 3))
 
 
 def turn(blocks: Sequence[Quadrilateral], dip: float) -> list[Quadrilateral]:
-    """Return the blocks turned about the origin, so that what was level dips to the right.
+    """Return the blocks turned about the origin, so that level lines dip to the right.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def write_quadrilaterals(
         Sides (block, side) under the name of their joint set or boundary. A side that two blocks
         share needs to be given once only.
     name : str
-        What is built, for messages.
+        Name of the geometry, for messages.
 
     Raises
     ------

@@ -23,7 +23,7 @@ def faults_of_geometry() -> Iterator[None]:
 
 
 def as_path(name: str, value: object) -> Path:
-    """Return the input as a path; raise `GeometryError` for what is none, by its name."""
+    """Return the input as a path; raise `GeometryError` for a value that is no path, by its name."""
     if fault := path_fault(name, value):
         raise GeometryError(fault)
     assert isinstance(value, str | os.PathLike)
@@ -31,7 +31,7 @@ def as_path(name: str, value: object) -> Path:
 
 
 def refuse_special(path: str | os.PathLike[str]) -> None:
-    """Raise `GeometryError` for what is there but no regular file: a pipe or a device may never end."""
+    """Raise `GeometryError` for a file that is not regular: a pipe or a device may never end."""
     if fault := special_fault(path):
         raise GeometryError(fault)
 

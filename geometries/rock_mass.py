@@ -107,7 +107,7 @@ class RockMass:
     seed : int
         Of the random numbers: same seed, same blocks.
     tolerance : float, optional
-        What is nearer than this is taken as touching [m]; a millionth of the model's diagonal where not given.
+        Points nearer than this are taken as touching [m]; a millionth of the model's diagonal where not given.
     boundaries : mapping of str to (k, 2) array_like
         Lines along the outline [m]: the outer edges on them have that name instead of ``left``, ``top``, ...
     dead_ends : str
@@ -178,7 +178,7 @@ class RockMass:
         return rock
 
     def jointed(self) -> Any:
-        """Return where joints may run, as a shapely geometry: in and half a tolerance around what is not intact."""
+        """Return where joints may run, as shapely geometry: in and half a tolerance around rock that is not intact."""
         import shapely
 
         around = shapely.buffer(self.domain(), self.grid / 2, join_style="mitre")

@@ -1,7 +1,7 @@
 """Gmsh opened and closed in one place: ``with gmsh_session("name") as gmsh: ...; write_mesh(path)``.
 
-Gmsh is global state. A session gives a script its own model and the options below, and puts back
-what was there before, also when the script raises. Importing this module needs no Gmsh.
+Gmsh is global state. A session gives a script its own model and the options below, and restores
+the former state, also when the script raises. Importing this module needs no Gmsh.
 
 The same parameters give the same file, byte for byte. No configuration is read, Gmsh has one thread, and every option
 of a plane mesh is set. `write_mesh` refuses a mesh that has lost a group: Gmsh drops groups of entities that are
@@ -100,7 +100,7 @@ def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = N
     Parameters
     ----------
     name : str
-        What is built; part of the model's name and of error messages.
+        Name of the geometry; part of the model's name and of error messages.
     options : mapping of str to float, optional
         Options of Gmsh for this session, over `BASE_OPTIONS`. Those that are set with
         ``gmsh.option.setNumber`` instead stay as they are after a session inside a caller's Gmsh.

@@ -1,6 +1,6 @@
 """Parameters of a case's ``build``, read from its signature and docstring, and values from text.
 
-``--set radius=2.5`` on a command line gives texts; the annotation of the parameter says what they are.
+``--set radius=2.5`` on a command line gives texts; the annotation of the parameter gives their type.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Parameter:
     annotation : object
         Its type, or that of the default where the signature names none.
     summary : str
-        What the docstring of ``build`` says of it, in one line; may be empty.
+        Text of the docstring of ``build`` says of it, in one line; may be empty.
     """
 
     name: str

@@ -42,9 +42,9 @@ class TraceLines:
     sets : dict of str to list of (n, 3) float64 [m]
         Lines by the names of their sets.
     left_out : Counter of str
-        What is no line, by its kind.
+        Entities that are no lines, by kind.
     notes : list of str
-        What else is to be known, a sentence each.
+        Further notes, a sentence each.
     """
 
     sets: dict[str, list[FloatArray]] = field(default_factory=dict)
@@ -123,7 +123,7 @@ class TraceLines:
 
 
 def _text(value: Any) -> str:
-    """Return a name as a text: of whole numbers their digits, empty for what is missing."""
+    """Return a name as a text: of whole numbers their digits, empty for a missing one."""
     value = value.item() if isinstance(value, np.generic) else value
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""

@@ -54,7 +54,7 @@ def read_traces(
     Warns
     -----
     MeshWarning
-        For what was left out, by its kind and count; for another unit than metres, and another plane than xy.
+        For omissions, by kind and count; for another unit than metres, and another plane than xy.
 
     Raises
     ------

@@ -100,7 +100,7 @@ def _stage(stage: StageResult, number: int) -> dict[str, Any]:
 
 
 def words_of(stage: StageResult) -> dict[str, Any]:
-    """Return what is no array of a stage's evidence: the laws, and the words and laws of the proof."""
+    """Return the parts of a stage's evidence that are no arrays: the laws, and the words and laws of the proof."""
     assert stage.evidence is not None
     told: dict[str, Any] = {"laws": list(stage.evidence.laws)}
     if stage.proof is not None:
@@ -131,7 +131,7 @@ def movement_of(stage: StageResult) -> list[dict[str, Any]]:
 
 
 def certificate_arrays(results: Results, stage: StageResult) -> dict[str, Any]:
-    """Return the arrays of a stage: where its blocks are, all that acts on them, and what they carry.
+    """Return the arrays of a stage: where its blocks are, all forces on them, and those in contacts and supports.
 
     Where displacements are small forces act where blocks were given.
     """

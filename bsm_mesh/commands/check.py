@@ -130,7 +130,7 @@ def _repair(loaded: LoadedModel, repair: Repair, limits: Thresholds) -> tuple[st
 
 
 def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str) -> None:
-    """Draw the blocks, the poor ones in the colour of what is poor about them, as PNG.
+    """Draw the blocks, the poor ones in the colour of their fault, as PNG.
 
     Raises
     ------

@@ -76,7 +76,7 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
     3 where such trials keep the bracket open.
 
     --vary takes a key of the model file (gravity.horizontal, joint.J1.friction), or load.N.factor,
-    stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right: what a study varies too. Values may have units.
+    stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right, as a study does. Values may have units.
     """
     start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.safety import ask_safety

@@ -136,7 +136,7 @@ def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles)
 
 
 def _histories_file(results: Results, stages: Sequence[ComparedStage], added: AddedFiles) -> list[str]:
-    """Write what the elements find of the histories, as `plot --with` takes it; return the path of what there is."""
+    """Write the elements' values of the histories, as `plot --with` takes it; return the path of the file."""
     from bsm_mesh.converters.continuum.history_values import beside_of_elements
 
     values = beside_of_elements(results, results.recorded, stages, CONTINUUM)

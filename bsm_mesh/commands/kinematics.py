@@ -34,7 +34,7 @@ def screen_slope(
     as_json: bool,
     picture: bool,
 ) -> None:
-    """Screen a table of joints against a slope; write tables and stereonets, and print what can move."""
+    """Screen a table of joints against a slope; write tables and stereonets, and print the possible failures."""
     from bsm_mesh.geometries.errors import GeometryError
     from bsm_mesh.geometries.kinematics import kinematic_screening
     from bsm_mesh.geometries.trace_tables import read_orientations

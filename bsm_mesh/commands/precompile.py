@@ -57,7 +57,7 @@ def make(line: str) -> None:
 
 
 def main() -> int:
-    """Compile what is missing, say how far that is, and remove former versions."""
+    """Compile missing kernels, report progress, and remove former versions."""
     parser = argparse.ArgumentParser(prog="python -m bsm_mesh.commands.precompile", description=__doc__)
     parser.add_argument("--only", action="store_true", help="remove all other kernels, as for a wheel")
     given, began = parser.parse_args(), time.time()

@@ -29,13 +29,13 @@ class StudyWork:
     Attributes
     ----------
     key : str
-        What it is known by.
+        Its identity.
     variation : Variation
         The model file.
     scatters : tuple of Scatter
         What scatters from face to face.
     answers : tuple of str
-        What is asked.
+        The answers that are asked for.
     safety : SafetyTable
         How a factor of safety is looked for.
     seed : int

@@ -77,7 +77,7 @@ class Hyperbolic(SomeContacts):
         return overlap
 
     def stiffening(self, pressure: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return by what the springs of contacts stiffen, (m,) each, as explicit motion takes it.
+        """Return the stiffening of the contacts' springs, (m,) each, as explicit motion takes it.
 
         From a pressure P with the derivative k a movement by d / k changes it by ``2 d / (b + sqrt(b^2 + 4 d s r))``,
         ``b = 1 - d s``: s = 1 / (A v + P) [m/N], and r the rock's part of the compliance. Linear contacts have 0 and 1.

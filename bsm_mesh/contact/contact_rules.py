@@ -91,11 +91,11 @@ def _resolve_pair(
 ) -> None:  # pragma: no cover - compiled
     """Mark the rows of one pair, with both roles, as kept or dropped.
 
-    Before all others (0): what has passed a node may lie on the line beyond. (1) Active contacts end off their edge;
-    one edge per corner; one of two duals. (2) History that no active contact continues is transferred to the nearest
-    candidate. (3) New contacts must not start with a large penetration. (4) One edge per corner, and (5) no dual of a
-    closed contact. Active contacts take precedence over new ones, closed ones over open ones. (6) What has been decided
-    so takes over what open contacts remember.
+    Before all others (0): a corner that has passed a node may lie on the line beyond. (1) Active contacts end off their
+    edge; one edge per corner; one of two duals. (2) History that no active contact continues is transferred to the
+    nearest candidate. (3) New contacts must not start with a large penetration. (4) One edge per corner, and (5) no
+    dual of a closed contact. Active contacts take precedence over new ones, closed ones over open ones. (6) Contacts
+    chosen so take over the history of open ones.
     """
     for i in range(rows.size):
         _lay_beyond(vertices, h, rules, rows, i)

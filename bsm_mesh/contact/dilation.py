@@ -3,7 +3,7 @@
 Within a step a contact that was closed slides by x >= 0 where its trial shear T is beyond the strength S at the
 pressure P that it comes to: ``S(P(c + d(x))) + k x = |T|``, with the shear stiffness k, the overlap c without slip and
 the opening ``d(x) = tan(dilation angle) min(x, what is left of the dilation slip)``. The left side rises with x, so
-that there is one solution: it is what a non-associated flow rule gives over the step (backward Euler). Opening counts
+that there is one solution: a non-associated flow rule gives it over the step (backward Euler). Opening counts
 the way that a contact has slid, back and forth; so it is not undone by sliding back, and no work comes of it as long as
 the strength is at least ``P tan(dilation angle)``, which `bsm_mesh.model.materials` sees to.
 """

@@ -236,7 +236,7 @@ class ByLaw(Protocol):
 
     @property
     def candidates(self) -> Any:
-        """What has the `length` (m,) that each represents; in space its area."""
+        """Candidates with the `length` (m,) that each represents; in space the area."""
 
     @property
     def by_law(self) -> tuple[tuple[int, IntArray | slice], ...]:

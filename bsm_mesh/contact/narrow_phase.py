@@ -157,7 +157,7 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
 
 @njit(forceinline=True)
 def _overlap_beyond(vertices: RecordArray, rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
-    """Return what a's parallel edges at the corner share with the edge that continues in line beyond the nearer end."""
+    """Return the length that a's parallel edges share with the edge that continues in line beyond the nearer end."""
     e = row.edge
     at_start = row.tangential < 0.5 * row.edge_length
     next_edge = vertices[e].preceding if at_start else vertices[e].following

@@ -83,7 +83,7 @@ class ContactPairs:
     edge_length : (m,) float64 [m]
         Length of the edge.
     length : (m,) float64 [m]
-        Length that the contact represents: half of what a's parallel edge shares with b's edge; without one, 0.05 of
+        Length that the contact represents: half of the overlap of a's parallel edge with b's edge; without one, 0.05 of
         the smaller block's size.
     parallel_edge : (m,) int32
         Edge of a at the corner that is parallel to b's edge, of two the one that shares more; -1 if there is none.

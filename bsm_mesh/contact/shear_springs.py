@@ -20,7 +20,7 @@ class Springs(NamedTuple):
     stiffness : (m,) float64 [N/m2]
         At the pressures before slip in the step opens a joint.
     old_shear : (m,) float64 [N/m]
-        What is left of the shear forces at the last accepted step.
+        Remaining shear forces of the last accepted step.
     by_closure, trial_by_closure : (m,) float64 [N/m3], [N/m2]
         Derivatives of stiffness and trial shear by the closure; empty where no stiffness grows.
     """
@@ -40,7 +40,7 @@ class Growing(SomeContacts):
     curve : (h, 7) float64
         The joints' shear stiffness by the normal stress, as `ShearCurve`.
     length : (h,) float64 [m]
-        What each contact represents.
+        Of the face, represented by each contact.
     compliance : (h,) float64 [m2/N]
         Of the rock on both sides, in shear.
     """

@@ -28,7 +28,7 @@ class ContactStrength:
     law : (m,) int32
         Number of every contact's law there.
     length : (m,) float64 [m]
-        What every contact represents.
+        Of the face, represented by every contact.
     tension : (m,) float64 [N/m]
         Greatest tension; infinite: no bound.
     """

@@ -22,8 +22,8 @@ class Apertures:
     The closure of a joint is the overlap of its blocks less the closure of their rock. With the opening o of the blocks
     since the start, the effective normal stress s and the compliance c of the rock on both sides the aperture is
     ``a0 + o + c s``, at least the residual one. That holds for any normal spring, and dilation, which moves blocks
-    apart, is in the opening. Where an in-situ stress was there at the start, o lacks what it had closed: that is taken
-    off by `set_in_situ`.
+    apart, is in the opening. Where an in-situ stress was there at the start, o lacks the closure under it, which is
+    taken off by `set_in_situ`.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Apertures:
         return np.repeat(self.unstressed[:, None], 2, axis=1)
 
     def set_in_situ(self, pressure: FloatArray) -> None:
-        """Take off what the effective in-situ stress at both ends of every face (k, 2) [Pa] has closed."""
+        """Take off the closure under the effective in-situ stress at both ends of every face (k, 2) [Pa]."""
         limits = np.array([np.inf if j.max_closure is None else j.max_closure for j in self.model.joints])
         limit = limits[self.joints.joint]
         for end in (0, 1):

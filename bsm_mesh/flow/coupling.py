@@ -25,7 +25,7 @@ from bsm_mesh.results.records import StageResult
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class FlowState(Portable):
-    """Where flow and blocks are stable: what presses on the blocks, and what the next turn begins with.
+    """Agreement of flow and blocks: the pressures on the blocks, and the start of the next iteration.
 
     Attributes
     ----------

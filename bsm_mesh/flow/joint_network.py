@@ -208,7 +208,7 @@ class _Lines:
         return np.array(shapely.shortest_line(self.lines[line], shapely.Point(well.point)).coords[0])
 
     def _met(self, thing: object, chosen: IntArray) -> tuple[IntArray, FloatArray]:
-        """Return of some faces where a line meets them: all points where it does, or both ends of what they share."""
+        """Return of some faces where a line meets them: all crossing points, or both ends of the common part."""
         import shapely
 
         shared = shapely.intersection(self.lines[chosen], thing)

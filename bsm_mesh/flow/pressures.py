@@ -18,7 +18,7 @@ def wet_pieces(network: Network, flow: SteadyFlow, conducts: BoolArray) -> tuple
     """Return the part of every piece under pressure, (m, 2) over its length, and the pressure heads there, (m, 2) [m].
 
     Between two nodes under water that is all of it, and the head is linear. Where the upper node is not, water that
-    trickles from it meets what is in the joint. That reaches up to where its pressure ends: up to its level if
+    trickles from it meets the water in the joint. That water reaches up to where its pressure ends: up to its level if
     nothing trickles (Wang Eq. 6.5), to the upper node if all the joint can lead does. With the height r from the lower
     node to the upper one, the pressure head p at the lower and the part w of the upper one, the wet part is
     ``p / (r - w (r - p))`` of the length.

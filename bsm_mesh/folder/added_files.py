@@ -19,7 +19,7 @@ class AddedFiles:
     Parameters
     ----------
     folder : Path
-        The folder. What is added belongs to the results that are there now: once others have taken their place
+        The folder. Added files belong to the present results: once others have taken their place
         nothing is added.
 
     Raises
@@ -69,7 +69,7 @@ class AddedFiles:
             raise ModelError([fault.replace(str(draft), str(shown)) for fault in error.faults]) from error
 
     def _note(self, name: str) -> None:
-        """Note the name before the file is there: what is not noted is taken for the user's."""
+        """Note the name before the file is there: a file without a note counts as the user's."""
         marker = self.folder.place / MARKER
         if not has_marker(self.folder.place):  # a link is replaced: what is added to one ends elsewhere
             write_text(marker, HEADER)

@@ -1,7 +1,7 @@
 """A checkpoint as a file: arrays and JSON in an .npz without pickle, a version, and a checksum over the whole.
 
 Only dataclasses that are listed here can be in it, and of them only fields that they have. The last line of the file is
-the SHA-256 of all before it: what is truncated, changed, or of another program is noticed before anything is read.
+the SHA-256 of all before it: truncation, changes, or another program are noticed before anything is read.
 """
 
 from __future__ import annotations

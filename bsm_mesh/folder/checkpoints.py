@@ -1,4 +1,4 @@
-"""When a run writes a checkpoint, and what may go once it is there."""
+"""When a run writes a checkpoint, and the files that may go once it is there."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Checkpoints:
     Attributes
     ----------
     identity : dict
-        What has to be the same for a run to continue.
+        Digests that must agree for a run to continue.
     superseded : list of str
         Files that the last checkpoint needs and the next does not: they are removed when that is there.
     """

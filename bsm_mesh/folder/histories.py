@@ -57,7 +57,7 @@ def with_histories(
     recorded : tuple of Recorded
         The histories.
     content : callable
-        Returns what a file holds.
+        Returns the content of a file.
     folder : Path
         Where the files are, for messages.
 

@@ -1,6 +1,6 @@
 """Which files of a results folder bsm-mesh wrote: those that the summary lists, and those that the marker names.
 
-A folder may come from anywhere. What is written, moved or removed in it by a name goes through `place_in`: no link in
+A folder may come from anywhere. Writing, moving or removing by a name in it goes through `place_in`: no link in
 the folder is followed to another place.
 """
 

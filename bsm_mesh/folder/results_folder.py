@@ -180,7 +180,7 @@ class ResultsFolder:
             )
 
     def strange(self) -> list[str]:
-        """Return the faults of the folders next to this one: what no run left there is never taken for a run's."""
+        """Return the faults of the folders next to this one: only a run's own folder counts as such."""
         beside = [place for place in (self.running, self.interrupted, self.former) if not is_left_by_a_run(place)]
         found = [
             f"{self.told(place)} is {'a link' if place.is_symlink() else f'not from a run (no {MARKER} in it)'}, and a "
@@ -198,7 +198,7 @@ class ResultsFolder:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Keep other runs from the folder, put right what a killed one left, and give the folder above it.
+        """Keep other runs from the folder, repair the folders of a killed one, and give the folder above it.
 
         Raises
         ------
@@ -222,7 +222,7 @@ class ResultsFolder:
             remove_empty(made)
 
     def recover(self) -> None:
-        """End what a killed run had begun: finished results take their place, or the former ones come back.
+        """Complete the change begun by a killed run: finished results take their place, or the former ones come back.
 
         Where one of the other folders is a link, or has no marker of a run, nothing is touched.
         """
@@ -306,7 +306,7 @@ class ResultsFolder:
 
 
 def told_fault(error: OSError) -> str:
-    """Return what a disk has against writing, and the cure."""
+    """Return the reason why a disk refuses writing, and the cure."""
     full = error.errno in (errno.ENOSPC, errno.EDQUOT)
     cure = "free space there, or choose a folder on another disk" if full else "choose another folder"
     return f"{error.strerror or error}; {cure}"

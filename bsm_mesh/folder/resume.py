@@ -1,4 +1,4 @@
-"""An interrupted run taken up again: what it left is checked, file by file, before anything is changed."""
+"""An interrupted run taken up again: its files are checked, one by one, before anything is changed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class TakenUp:
     results : Results or None
         Of the stages that are at their end; None where there is none.
     told : dict
-        What the writer told of itself: its files, and which snapshots there are.
+        The writer's own record: its files, and which snapshots there are.
     """
 
     place: Path
@@ -68,7 +68,7 @@ def take_up(folder: ResultsFolder, identity: dict[str, Any]) -> TakenUp | None:
     Raises
     ------
     ModelError
-        If what it left is truncated, changed, or of another model or program; and where the folder holds finished
+        If its files are truncated, changed, or of another model or program; and where the folder holds finished
         results of this model, so that there is nothing to continue with.
     """
     places = [place for place in (folder.running, folder.interrupted) if (place / CHECKPOINT).is_file()]

@@ -181,7 +181,7 @@ def _folder(file: ModelFile | SpaceFile, path: Path, reach: Reach, output: Outpu
 
 
 def _given(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Options | None) -> Given:
-    """Return what is to be written of the model: nothing where it is the folder's own ``model.toml``, which stays."""
+    """Return the model file to be written: nothing where it is the folder's own ``model.toml``, which stays."""
     there = folder / MODEL
     if there.exists() and there.samefile(path):
         return {}
@@ -197,7 +197,7 @@ def _given(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Optio
 
 
 def _as_run(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Options | None) -> str:
-    """Return the model file with every default and all numbers in SI, what it names relative to `folder`."""
+    """Return the model file with every default and all numbers in SI, with paths relative to `folder`."""
     content = file.model_dump(mode="json", exclude_none=True, by_alias=True)
     for body in content.get("excavation", ()):
         if "profile" in body:

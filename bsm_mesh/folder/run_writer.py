@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 class RunWriter:
     """Writes a run into ``NAME.running`` and lets it take the place of ``NAME`` when it is finished.
 
-    It is a context: inside it no other run can write there. At the end of every stage what is finished is a results
-    folder of its own, on the disk itself, whose status is ``unfinished``. If the run does not reach its end that
+    It is a context: inside it no other run can write there. At the end of every stage the finished ones are a results
+    folder of their own, on the disk itself, whose status is ``unfinished``. If the run does not reach its end that
     becomes ``NAME.interrupted``, and the former results stay as they were; the exception carries a note that says so.
     The PVD files list what there is at any time: ParaView can follow a run whose steps are written.
 
@@ -55,7 +55,7 @@ class RunWriter:
     folder : Path
         The results folder.
     given : mapping of str to callable
-        Files that say what is run: their names, and what writes each.
+        Files that define the run: names, and a writer for each.
     inputs : iterable of Path
         Files that the run reads. Those that lie in the folder stay there.
     steps : bool
@@ -65,7 +65,7 @@ class RunWriter:
     again : str
         The command that continues with the run if it is interrupted.
     resumes : bool
-        Whether what an interrupted run left is to stay until `go_on` or `start_over` is called.
+        Whether the files of an interrupted run stay until `go_on` or `start_over` is called.
 
     Raises
     ------
@@ -121,7 +121,7 @@ class RunWriter:
             self._held.close()
 
     def start_over(self) -> None:
-        """Keep what a run that was killed left for whoever continues with it, and remove the rest."""
+        """Keep the files of a killed run for a run that resumes it, and remove the rest."""
         place = self._place
         if finished_stages(place) or (place / CHECKPOINT).is_file() or solved_stages(place):
             tidy(place, {*named_by_checkpoint(place), *solved_stages(place)})
@@ -229,7 +229,7 @@ class RunWriter:
         self._put_given()
 
     def _put_given(self) -> None:
-        """Put what says what is run into the folder, and what the run reads of the present results."""
+        """Write the files that define the run into the folder, with those of the present results that the run reads."""
         place = self.folder.place
         own = own_files(place)
         for name in self.folder.inside(self._inputs):
@@ -286,7 +286,7 @@ class RunWriter:
             self._loose.discard(name)
 
     def _end_early(self, error: BaseException | None) -> None:
-        """Keep what is finished of a run that did not reach its end, and say where."""
+        """Keep the finished stages of a run that did not reach its end, and report the place."""
         stages, goes_on = finished_stages(self._place), (self._place / CHECKPOINT).is_file()
         solved = solved_stages(self._place)
         moved = bool(self._snapshots.instants) and isinstance(error, KeyboardInterrupt)

@@ -23,7 +23,7 @@ TRIALS_HEADER = ("value", "verdict", "movement_over_size", "failed_blocks", "sta
 
 
 def write_safety(answer: Safety, loaded: LoadedModel, added: AddedFiles) -> list[str]:
-    """Write an answer on a model into a folder and return what was written: names relative to it.
+    """Write an answer on a model into a folder and return the names of the files, relative to it.
 
     Raises
     ------

@@ -82,12 +82,12 @@ class SavedResults:
         raise_faults(faults)
 
     def content(self, name: str) -> bytes:
-        """Return what a file holds; of a table that grows what it held at the end of the last stage.
+        """Return the content of a file; of a growing table that at the end of the last stage.
 
         Raises
         ------
         ModelError
-            If that is not what was written.
+            If that differs from the written file.
         """
         path, listed = self.folder / name, self.told["files"].get(name)
         if listed is None and self.finished:
@@ -160,7 +160,7 @@ def _damaged(path: Path) -> str:
 
 @contextmanager
 def damage_told(folder: Path) -> Iterator[None]:
-    """Have whatever goes wrong with what a results folder holds be one `ModelError`.
+    """Report every fault in the content of a results folder as one `ModelError`.
 
     Checksums prove that a folder is as it was written, and not by whom: its entries may be of any kind.
     """

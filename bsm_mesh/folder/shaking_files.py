@@ -68,11 +68,11 @@ def read_shaking(told: dict[str, Any], number: int, content: Callable[[str], byt
     Parameters
     ----------
     told : dict
-        What the summary keeps of it.
+        Its record in the summary.
     number : int
         Of the stage.
     content : callable
-        Returns what a file holds.
+        Returns the content of a file.
     folder : Path
         Where the files are, for messages.
 

@@ -49,7 +49,7 @@ def save_results(results: Results, folder: Path, *, form: OutputForm = USUAL) ->
     Warns
     -----
     ResultsWarning
-        Where the model cannot be written; it says what is missing.
+        Where the model cannot be written; it names the missing parts.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The folder of a study: whose it is, who writes there, and what is in it."""
+"""The folder of a study: its owner, its writer, and its content."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class StudyFolder:
     path : Path
         Where it is.
     identity : mapping of str to str
-        Digests of what the runs are of.
+        Digests of the study's inputs.
     """
 
     path: Path
@@ -54,7 +54,7 @@ class StudyFolder:
         return Journal(self.path / RUNS, json.dumps(dict(self.identity), sort_keys=True))
 
     def refuse_others(self) -> None:
-        """Raise `ModelError` where the folder holds another study, or what is of no study, or cannot be written to."""
+        """Raise `ModelError` where the folder holds another study, or files of no study, or cannot be written to."""
         refuse_unwritable(self.path, "a study")
         for name in (RUNS, IDENTITY, LOCK, PICTURES_FOLDER):
             place_in(self.path, name, itself=True)

@@ -86,15 +86,15 @@ def _spread_summary(results: Results) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what the digits of results depend on, and of the writer of files."""
+    """Return the versions of the libraries that change the digits of results, and of the writer of files."""
     return {PROGRAM: __version__, **dict(_versions())}
 
 
 @cache
 def code_digest() -> str:
-    """Return a SHA-256 of the program's own source, and of the versions of what the digits of results depend on.
+    """Return a SHA-256 of the program's own source, and of the versions of libraries that change digits of results.
 
-    A checkout may be changed under one version: what was computed before is then of another program.
+    A checkout may be changed under one version: earlier results are then of another program.
     """
     state = hashlib.sha256(repr(versions()).encode())
     root = Path(__file__).parents[1]
@@ -197,8 +197,8 @@ def summary_text(results: Results, run: int, files: dict[str, dict[str, Any]]) -
     run : int
         The how-manieth run into its folder it is.
     files : mapping of str to fingerprint
-        All files that the run wrote but this one. Of an unfinished run those that do not change any more, and of
-        tables that grow what they held at the end of the last stage.
+        All files that the run wrote but this one. Of an unfinished run those that do not change any more, and
+        growing tables as at the end of the last stage.
     """
     told = {**summary(results), "run": run, "files": dict(sorted(files.items()))}
     return json.dumps({**told, "checksum": _checksum(told)}, indent=2) + "\n"

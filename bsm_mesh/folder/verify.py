@@ -36,7 +36,7 @@ class Ground:
     kind : {"equilibrium", "proved", "followed", "best state"}
         Forces that balance; a mechanism that proves that blocks must move; blocks that were followed; none of them.
     holds : bool
-        Whether what can be checked was found so.
+        Whether all checks that are possible agree.
     text : str
         The ground in words, with its numbers.
     """
@@ -102,7 +102,7 @@ def grounds_of(results: Results, told: dict[str, Any], arrays: list[bytes]) -> I
     Parameters
     ----------
     results : Results
-        What the folder holds.
+        Results of the folder.
     told : dict
         Its certificate.
     arrays : list of bytes
@@ -133,7 +133,7 @@ def _agree(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 
 def _against(results: Results, stage: StageResult) -> list[str]:
-    """Return what the results' own check, which knows no limit of size, finds against a stage at rest."""
+    """Return the faults that the results' own check, which knows no limit of size, finds in a stage at rest."""
     if not stage.status.is_at_rest:
         return []
     return list(replace(results, stages=(stage,)).check().faults)

@@ -51,7 +51,7 @@ class JointCurve:
 
     @property
     def work(self) -> float:
-        """Work of shear and normal stress per area, by trapezia [J/m2]: what is not stored is dissipated."""
+        """Work of shear and normal stress per area, by trapezia [J/m2]: work that is not stored is dissipated."""
         along = np.trapezoid(self.shear_stress, self.shear_displacement)
         return float(along + np.trapezoid(self.normal_stress, self.closure))
 
@@ -151,7 +151,7 @@ def _opening(
 ) -> float:
     """Return where the upper block is off the joint [m] once the joint has opened by its slip.
 
-    There the stress is `normal` [Pa], and what the opening since the `first` position [m] adds to it. Slip only opens,
+    There the stress is `normal` [Pa], and the opening since the `first` position [m] adds to it. Slip only opens,
     so that the stress at the first position is as much or more; where even slip to the end leaves a gap there is none.
     """
     opens = contacts.dilating.slope.max() * 2 * abs(shear)

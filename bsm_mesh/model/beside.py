@@ -80,7 +80,7 @@ class Beside:
         return self.value if self.until is None else (self.value + self.until) / 2
 
     def difference(self, found: float) -> float:
-        """Return by how much what was found is more than the value; of a range from its nearer end, 0 within it."""
+        """Return the computed value less the reference value; of a range from its nearer end, 0 within it."""
         low, high = sorted((self.value, self.value if self.until is None else self.until))
         return found if math.isnan(found) else found - min(max(found, low), high)
 

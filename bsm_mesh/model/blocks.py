@@ -279,7 +279,7 @@ class Blocks(Portable):
         return self._with(edge_joint=edge_joint, joint_names=joint_names)
 
     def _with(self, **changes: object) -> Blocks:
-        """Return a copy with other groups; the outlines, and what was found out about them, stay as they are."""
+        """Return a copy with other groups; the outlines, and all quantities derived from them, stay as they are."""
         made = object.__new__(Blocks)
         made.__dict__.update(self.__dict__)
         for name, value in changes.items():

@@ -43,7 +43,7 @@ class FaceWater(Portable):
         return replace(self, pressure=share * self.pressure)
 
     def of_corners(self, corner: IntArray) -> FaceWater:
-        """Return what is on the edges of a submodel, whose corners have the numbers `corner` (k,), rising, here."""
+        """Return the water on the edges of a submodel, whose corners have the numbers `corner` (k,), rising, here."""
         place = np.minimum(np.searchsorted(corner, self.edge), max(len(corner) - 1, 0))
         there = corner[place] == self.edge if len(corner) else np.zeros(len(self.edge), dtype=bool)
         return FaceWater(edge=place[there].astype(np.int32), ends=self.ends[there], pressure=self.pressure[there])

@@ -109,7 +109,7 @@ class FlowChange:
     closed : sequence of str
         Boundaries that let no water through from now on.
     drains, wells, grout : sequence of Drain, Well, Grout
-        What is added.
+        Additions of the stage.
     """
 
     head: Mapping[str, float] = field(default_factory=dict, hash=False)
@@ -131,7 +131,7 @@ class FlowChange:
 class Flow:
     """Steady flow of water in the joints, by the cubic law; blocks are tight.
 
-    Every joint of the model gives its `aperture`. What is no named boundary lets no water through; surfaces that stages
+    Every joint of the model gives its `aperture`. A boundary without a name lets no water through; surfaces that stages
     lay bare are open to the air.
 
     Attributes
@@ -147,7 +147,7 @@ class Flow:
     viscosity : float [Pa s]
         Its dynamic viscosity.
     coupling : {"two_way", "one_way"}
-        Whether apertures follow what the blocks do, which follow the water's pressure: both are solved alternately
+        Whether apertures follow the blocks, which follow the water's pressure: both are solved alternately
         until neither changes; or apertures are as given, but for grout.
     tolerance : float
         Of a two-way coupling: pressures change by less in the last turn, over the greatest.

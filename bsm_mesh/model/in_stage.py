@@ -1,4 +1,4 @@
-"""A model as it is in a stage: its strength, its gravity with what an earthquake adds, its bolts."""
+"""A model as it is in a stage: its strength, its gravity with an earthquake's part, its bolts."""
 
 from __future__ import annotations
 

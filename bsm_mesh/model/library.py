@@ -52,7 +52,7 @@ class RockEntry:
 
 @dataclass(frozen=True, slots=True)
 class JointEntry:
-    """Stiffness of a joint [Pa/m] (Wang Table A.2), what was tested, and where it comes from."""
+    """Stiffness of a joint [Pa/m] (Wang Table A.2), the specimen, and the source."""
 
     name: str
     normal_stiffness: float
@@ -65,7 +65,7 @@ class JointEntry:
 class StrengthEntry:
     """Cohesion [Pa] and friction angle [degrees] (Wang Table A.3), pressure range, and where they come from.
 
-    `friction_range` is what the table gives instead of one angle, of which `friction` is the middle.
+    `friction_range` is the table's range instead of one angle, of which `friction` is the middle.
     """
 
     name: str

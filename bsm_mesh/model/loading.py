@@ -38,7 +38,7 @@ def faults_of_loading(model: Model) -> list[str]:
 
 
 def _gravities(model: Model) -> list[FloatArray]:
-    """Return what the weights pull with at the start, and in the stages that change it, (2,) each."""
+    """Return gravity as a vector over weight at the start, and in the stages that change it, (2,) each."""
     given = [stage.gravity for stage in model.stages if stage.gravity is not None]
     return [model.gravity_vector, *(unit_vector(model.gravity_direction) + part for part in given)]
 

@@ -186,7 +186,7 @@ Load: TypeAlias = ActingLoad | InSituTraction
 
 
 def _on_boundary(name: object) -> str:
-    """Return where a load acts, for messages; raise for what is no name."""
+    """Return where a load acts, for messages; raise for a value that is no name."""
     rules = Rules("load")
     rules.text("boundary", name)
     raise_faults(rules.faults)

@@ -102,7 +102,7 @@ class Rock:
         How E and Poisson's ratio become contact stiffness: the thesis's Eqs. 3.24-3.26; the pair that makes
         every mesh elastically homogeneous (with no Poisson effect); the pair calibrated for triangles; rigid.
     residual_friction, residual_cohesion : float or None [degrees, Pa]
-        What is left of those faces' strength, as `MohrCoulomb` takes it; None: slip takes nothing away.
+        Residual strength of those faces, as `MohrCoulomb` takes it; None: slip takes nothing away.
     softening_slip : float or None [m]
         Slip over which strength falls to its residual value; None: at the first slip.
     residual_tensile_strength : float [Pa]
@@ -386,7 +386,7 @@ def tension_between(one: Rock, other: Rock) -> float:
 def residual_tension_between(one: Rock, other: Rock) -> float:
     """Return what slip leaves of the tensile strength of the faces between two rocks [Pa].
 
-    What never fails keeps what it has, so that the other rock governs.
+    A rock that never fails keeps its strength, so that the other rock governs.
     """
     left = [rock.residual_tensile_strength for rock in (one, other) if rock.has_strength]
     return min(left, default=0.0)

@@ -75,7 +75,7 @@ class Model:
     contact_points : {"ends", "gauss", "both", "corners"}
         Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points. Of polyhedra the
         points of a shared face: ``"both"``, corners and centroid (``"ends"`` is the same), or ``"corners"`` alone,
-        which are as stiff against bending as ends in the plane: three times what the face is.
+        which are as stiff against bending as ends in the plane: three times the face itself.
     in_situ : InSitu or None
         Stress of the ground before the first stage; displacements then count from there.
     water : Water or None
@@ -83,9 +83,9 @@ class Model:
     flow : Flow or None
         Steady flow in the joints at the start, instead of `water`.
     face_water : FaceWater or None
-        What flow presses with on edges: a run puts it into the model that it solves.
+        Pressures of flow on edges: a run puts it into the model that it solves.
     stages : tuple of Stage
-        What is taken away, put back and changed, in this order.
+        Excavation, fill and changes, in this order.
     histories : tuple of History
         The record at every step; it changes nothing of the result.
     options : Options or None
@@ -191,7 +191,7 @@ class Model:
         window : (x0, y0, x1, y1), optional [m]
             The visible part.
         figure : matplotlib.figure.Figure, optional
-            What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+            The figure to draw on; by default one of its own, to be saved (``savefig``) or shown by a notebook.
         """
         refuse_space(self.blocks, "Model.plot")
         return doors.plot_model(self, window, figure)
@@ -219,7 +219,7 @@ class Model:
 
     @property
     def gravity_vector(self) -> FloatArray:
-        """Force over weight, (2,): the unit vector of the direction, and what an earthquake adds.
+        """Force over weight, (2,): the unit vector of the direction, with an earthquake's part.
 
         In space (3,): weights pull down, and the horizontal part pulls to its trend.
         """
@@ -232,7 +232,7 @@ class Model:
 
     @property
     def gravity_forces(self) -> FloatArray:
-        """Weight, with what an earthquake adds, on every block's centroid, (n_blocks, 2) [N/m] (Wang Eq. 3.37)."""
+        """Weight, with an earthquake's part, on every block's centroid, (n_blocks, 2) [N/m] (Wang Eq. 3.37)."""
         forces: FloatArray = self.weights[:, None] * self.gravity_vector
         return forces
 

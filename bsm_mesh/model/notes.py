@@ -130,7 +130,7 @@ def _beyond_apex(thing: str, tensile_strength: float, cohesion: float, law: Mohr
 def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
     """Return how many faces carry neither a joint nor, on either side, a rock with strength.
 
-    Those on the outline of what a stage takes away do not count: the rock is whole there until then.
+    Those on the outline of a stage's excavation do not count: the rock is whole there until then.
     """
     if model.default_joint is not None:
         return 0

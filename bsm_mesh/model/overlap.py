@@ -31,7 +31,7 @@ class Overlaps:
     pairs : (n, 2) int64
         Block numbers, the lower first.
     area : (n,) float64 [m2]
-        What they share.
+        Of their overlap.
     place : (n, 2) float64 [m]
         Centre of the shared area.
     """
@@ -48,7 +48,7 @@ class Overlaps:
         numbers : (n_blocks,) int64, optional
             How the blocks are numbered for the reader, if not from 0.
         thing : str
-            What the reader calls them.
+            The reader's word for them.
         """
         named = self.pairs if numbers is None else numbers[self.pairs]
         return [

@@ -1,8 +1,8 @@
-"""Every number that a model may hold: its unit, its range and what is usual. Each range stands here and nowhere else.
+"""Every number of a model: its unit, its range and its usual values. Each range stands here and nowhere else.
 
 A dataclass carries a quantity at its field, ``young: Annotated[float, YOUNG]``, and `bsm_mesh.model.values.Rules` holds
-it to the range; the tables of the model file and its JSON Schema take the same object. Ranges are generous: what lies
-beyond is a slip of the pen, or more than double precision carries. What is allowed but not usual is noted
+it to the range; the tables of the model file and its JSON Schema take the same object. Ranges are generous: a value
+beyond is a slip of the pen, or more than double precision carries. An unusual value is noted
 (`bsm_mesh.model.notes`), for a factor of a thousand is the commonest slip of all.
 """
 
@@ -43,7 +43,7 @@ def hint_of(owner: type[Any], name: str) -> Any:
 
 
 def _members(hint: Any) -> tuple[Any, ...]:
-    """Return the members of a union; what is none is its only member."""
+    """Return the members of a union; another type is its own only member."""
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
 
 

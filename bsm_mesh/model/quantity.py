@@ -28,13 +28,13 @@ class Quantity:
     above, least, below, most : float
         The range: more than `above`, `least` or more, less than `below`, `most` or less.
     usual : pair of float, optional
-        What is usual, both ends included; elsewhere a number is noted.
+        Usual values, both ends included; elsewhere a number is noted.
     usual_why : str
-        What is known of what is beyond the usual, for the note.
+        Meaning of a value beyond the usual, for the note.
     example : str
         How it may be given in the model file.
     why : str
-        What is wrong beyond the range, or what is meant, for the message.
+        Fault of a value beyond the range, or the meaning, for the message.
     whole : bool
         Whether it must be a whole number.
 
@@ -136,9 +136,9 @@ def convert(value: object, quantity: Quantity) -> float:
     Parameters
     ----------
     value : float or str
-        What the file says.
+        The input of the file.
     quantity : Quantity
-        What it is a number of. One without a unit, or a whole number, is given plainly.
+        The quantity of the number. One without a unit, or a whole number, is given plainly.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Shaking of the ground as it is given: a record or a waveform, and what the supports move by."""
+"""Shaking of the ground as it is given: a record or a waveform, and the movement of the supports."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Shaking:
     Attributes
     ----------
     record : (times, values) or None [s], [m/s2, m/s or Pa]
-        Times, rising from 0 or later, and what the base does at them; straight lines in between.
+        Times, rising from 0 or later, and the base's values at them; straight lines in between.
     waveform : {"sine", "ricker", "pulse"} or None
         ``"sine"``: amplitude times the sine, from 0. ``"ricker"``: a Ricker wavelet of 3 periods, its peak in the
         middle. ``"pulse"``: the amplitude, constant.

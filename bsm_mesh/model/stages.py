@@ -1,4 +1,4 @@
-"""Stages of construction as they are given: what is taken away, put back and changed, in their order (Wang 4.5.2)."""
+"""Stages of construction as they are given: excavation, fill and changes, in their order (Wang 4.5.2)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Stage:
         block numbers, or polygons [m] around centroids.
     relaxation : sequence of float
         Parts of the former forces on new surfaces that are released, one after the other, each up to equilibrium;
-        rising. What the last leaves is held until a later stage releases it: one without `relaxation` releases all.
+        rising. The rest after the last is held until a later stage releases it: one without `relaxation` releases all.
     pressure : float [Pa]
         Pressure into the blocks on the surfaces that this stage lays bare (the thesis's P_i); it stays.
     water : Water or None

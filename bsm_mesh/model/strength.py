@@ -139,7 +139,7 @@ def law_name(law: JointLaw) -> str:
 def with_strength(model: Model, factors: Mapping[str, float]) -> Model:
     """Return a model in which joints, and faces of rock, have other strength.
 
-    What is multiplied is the tangent of friction angles, cohesion and tensile strength, residual values too. So
+    The factor multiplies the tangent of friction angles, cohesion and tensile strength, residual values too. So
     strength reduction by a factor F is ``with_strength(model, {"*": 1 / F})``.
 
     Parameters
@@ -147,7 +147,7 @@ def with_strength(model: Model, factors: Mapping[str, float]) -> Model:
     model : Model
         The model.
     factors : mapping of str to float
-        What a strength is multiplied by, by names of joints; ``"*"``: every joint with a law that is not named;
+        Factor of each strength, by names of joints; ``"*"``: every joint with a law that is not named;
         ``"rock:NAME"``: faces of that rock without a joint, ``"rock:*"``: those of every rock that is not named.
 
     Raises
@@ -162,7 +162,7 @@ def with_strength(model: Model, factors: Mapping[str, float]) -> Model:
 
 
 def joints_and_rocks_at(model: Model, factors: Mapping[str, float]) -> tuple[tuple[Joint, ...], tuple[Rock, ...]]:
-    """Return the joints and rocks of `with_strength`, which says what is raised."""
+    """Return the joints and rocks of `with_strength`, which names the increase."""
     raise_faults(_name_faults(model, factors))
     parts = resolved(model, factors)
     joints, rocks = [], []
@@ -185,7 +185,7 @@ def strength_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
 
 
 def _name_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
-    """Return the faults of factors of strength and with what they name."""
+    """Return the faults of factors of strength and of the names in them."""
     rules = Rules("strength")
     given = rules.mapping("factors", factors)
     joints = {joint.name: joint.law is not None for joint in model.joints}

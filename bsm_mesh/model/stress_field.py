@@ -32,7 +32,7 @@ def add_interfaces(
     stress: FloatArray,
     top: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Add to `stress` and `top` what the interfaces above every point change of its column's weight.
+    """Add to `stress` and `top` the change of the column's weight by the interfaces above every point.
 
     A column of the point's own unit weight up to the surface weighs too little by the jump (above less below) times
     the height of the surface over each interface on the way. (side_x, side_y) lies next to the point, off all

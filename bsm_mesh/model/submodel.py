@@ -1,4 +1,4 @@
-"""A part of the blocks as a model of its own: what is there at a stage, under the numbers of the whole."""
+"""A part of the blocks as a model of its own: those present at a stage, under the numbers of the whole."""
 
 from __future__ import annotations
 

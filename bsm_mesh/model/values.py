@@ -36,7 +36,7 @@ def is_infinite(value: object) -> bool:
 
 
 def parts_of(value: object) -> list[Any] | None:
-    """Return the parts of a list, an array or the like; None of a text, and of what has none."""
+    """Return the parts of a list, an array or the like; None of a text, and of an object without parts."""
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):
         return None
     try:
@@ -72,7 +72,7 @@ class Rules:
     Parameters
     ----------
     thing : str
-        What the values belong to, for example ``"rock"``.
+        Owner of the values, for example ``"rock"``.
     name : object, optional
         Its name, which is behind if it is a text.
     """
@@ -181,7 +181,7 @@ class Rules:
         *kinds : type
             The classes.
         derived : tuple of type
-            Classes of what the program itself puts there; no message names them.
+            Classes of the program's own values; no message names them.
         """
         parts = parts_of(value)
         if parts is None:

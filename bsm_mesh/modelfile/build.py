@@ -59,17 +59,17 @@ class LoadedModel:
     path : Path
         The model file.
     reach : Reach
-        What it may do.
+        Its rights.
     file : ModelFile
         Its content.
     model : Model
-        What it builds.
+        The model built from it.
     options : Options
         How it is to be solved.
     notes : tuple of str
-        Repairs and omissions of the mesh, and what of the file may be a slip, a line each.
+        Repairs and omissions of the mesh, and possible slips in the file, a line each.
     mesh_lines : tuple of str
-        What was found in the mesh, a line each, the notes included.
+        Findings in the mesh, a line each, the notes included.
     dangling : mapping of str to int
         Pieces of the mesh's joints that bound no block.
     """
@@ -223,7 +223,7 @@ def build_model(
 def _loaded(
     file: ModelFile, path: Path, reach: Reach, model: Model, report: MeshReport, beside: tuple[str, ...]
 ) -> LoadedModel:
-    """Return a model with what was found in its mesh, and what is to be noted in addition."""
+    """Return a model with the findings in its mesh, and additional notes."""
     assert model.options is not None
     return LoadedModel(
         path=path,
@@ -262,7 +262,7 @@ def _dangling(report: MeshReport) -> dict[str, int]:
 
 
 def _collect(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:
-    """Return what the makers make; add the faults of those that cannot."""
+    """Return the objects of the makers; add the faults of those that fail."""
     made = []
     for maker in makers:
         try:

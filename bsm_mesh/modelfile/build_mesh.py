@@ -96,7 +96,7 @@ def _read(
 
 
 def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:
-    """Write the mesh of a geometry; what it prints goes to stderr, since stdout is the results'.
+    """Write the mesh of a geometry; its output goes to stderr, since stdout is the results'.
 
     Raises
     ------

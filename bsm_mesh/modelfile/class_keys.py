@@ -31,7 +31,7 @@ def keys_of(
     optional : bool
         Whether every key may be left out, even where the class demands its field.
     names : mapping of type to str, optional
-        What each class is called in a model file: the description of a key says whose it is.
+        Name of each class in a model file: the description of a key says whose it is.
     """
 
     def extended(table: type[AnyTable]) -> type[AnyTable]:
@@ -73,7 +73,7 @@ def _whose(name: str, owners: Collection[type], names: Mapping[type, str] | None
 
 
 def descriptions_of(owner: type) -> dict[str, str]:
-    """Return what a class says of its attributes, in the words of a file: None is a key that is left out.
+    """Return the descriptions of a class's attributes, in the words of a file: None is a key that is left out.
 
     Examples
     --------

@@ -60,7 +60,7 @@ def put(content: dict[str, Any], key: str, value: object) -> Any:
 
 
 def _type_of(schema: Any, place: Any, part: str, way: str, key: str) -> Any:
-    """Return the type of what a part of a key holds; raise where the table has no such key."""
+    """Return the type of the values of a key's part; raise where the table has no such key."""
     for each in _said_of(schema, (Each,)):
         return Annotated[float, each.quantity]
     schema = _bare(schema)

@@ -56,7 +56,7 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
     path : Path
         The file.
     kind : str
-        What it is, for messages: ``model file``.
+        Its kind, for messages: ``model file``.
 
     Raises
     ------

@@ -273,7 +273,7 @@ def _unnamable(blocks: Blocks) -> Iterator[str]:
 
 
 def _notes(blocks: Blocks) -> Iterator[str]:
-    """Return in what the model that is read back may differ from the one that was run."""
+    """Return possible differences of the model that is read back from the one that was run."""
     _, first, number = np.unique(blocks.nodes, return_index=True, return_inverse=True)
     apart = float(np.abs(blocks.vertices - blocks.vertices[first][number.reshape(-1)]).max())
     if apart > 0:

@@ -178,7 +178,7 @@ def _unknown_to(blocks: Polyhedra, file: SpaceFile) -> list[str]:
 
 
 def _made(faults: list[str], makers: list[Callable[[], Any]]) -> list[Any]:
-    """Return what is made, and add the faults of what cannot be."""
+    """Return the objects, and add the faults of those that fail."""
     from bsm_mesh.geometries import GeometryError
 
     made = []

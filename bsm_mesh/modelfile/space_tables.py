@@ -138,7 +138,7 @@ class SlopeTable(Table):
 
 
 class KeyBlocksTable(Table):
-    """What is asked of the key blocks."""
+    """Settings of the analysis of key blocks."""
 
     required: Annotated[float, q.REQUIRED_FACTOR] = Field(
         default=1.0, description="factor that the support pressure brings"
@@ -229,7 +229,7 @@ class SpaceWaterTable(Table):
 
 @keys_of(Stage, without=("loads", "water", "flow", "gravity", "gravity_trend", "shaking"))
 class SpaceStageTable(Table):
-    """A stage: what is taken away, put back and changed."""
+    """A stage: excavation, fill and changes."""
 
     name: str
     excavate: list[str | Annotated[int, q.BLOCK]] = Field(

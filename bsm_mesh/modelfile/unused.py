@@ -30,9 +30,9 @@ def unused_notes(file: ModelFile, model: Model, report: MeshReport, bolts: Seque
     file : ModelFile
         The model file.
     model : Model
-        What it builds.
+        The model built from it.
     report : MeshReport
-        What was found in its mesh.
+        Findings in its mesh.
     bolts : sequence of sequences of Bolt
         The bolts of each of its tables.
 

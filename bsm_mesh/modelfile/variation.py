@@ -1,6 +1,7 @@
 """A model file with other values of some of its numbers: read once, meshed once, built for every set of values.
 
-What can be varied, and how a value is given, is said here for every command: `study`, `safety --vary`, `back-analysis`.
+The numbers that can be varied, and the form of a value, are defined here for every command: `study`, `safety --vary`,
+`back-analysis`.
 """
 
 from __future__ import annotations
@@ -39,12 +40,12 @@ class Variation:
 
     Their names are keys of the file, or those of numbers that no key holds (`bsm_mesh.model.changes`).
 
-    A key is the way to it: ``joint.J1.friction``, ``gravity.direction``, ``mesh.parameters.seed``. Of what may stand
-    more than once the number from 1, or the name, says which: ``load.1.pressure``, ``stage.crown.pressure``; so does
+    A key is the way to it: ``joint.J1.friction``, ``gravity.direction``, ``mesh.parameters.seed``. Of tables that may
+    be repeated the number from 1, or the name, selects one: ``load.1.pressure``, ``stage.crown.pressure``; so does
     the number of a value in a list: ``load.1.traction.2``. A name with a dot in it is in quotes:
     ``joint."J1.5".friction``. A key that the file leaves out may be given, a table of keys as well.
 
-    It pickles small: what was read goes along, the mesh is read or built anew where it arrives, once.
+    It pickles small: the files' content goes along, the mesh is read or built anew in the process, once.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ class Variation:
     def model(self, values: Mapping[str, object]) -> LoadedModel:
         """Return the model, its options and notes with the values of some keys.
 
-        The blocks are read or meshed once and shared by all models, unless a value changes what they are made of.
+        The blocks are read or meshed once and shared by all models, unless a value changes their geometry.
 
         Parameters
         ----------
@@ -100,7 +101,7 @@ class Variation:
         return replace(loaded, model=model)
 
     def with_value(self, name: str, value: float) -> Model:
-        """Return the model with a value of one number: by `functools.partial` what a search takes, picklable."""
+        """Return the model with a value of one number; `functools.partial` of it suits a search, picklable."""
         return self.model({name: value}).model
 
     def check(self, keys: Sequence[str]) -> None:

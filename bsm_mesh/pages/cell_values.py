@@ -34,7 +34,7 @@ class CellValues:
     values : (k,) float64
         The numbers, SI.
     names : tuple of str
-        What the values 0, 1, ... represent, where they represent something.
+        Meanings of the values 0, 1, ..., where they have one.
     """
 
     name: str

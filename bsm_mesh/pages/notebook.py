@@ -1,4 +1,4 @@
-"""What a notebook shows of a model and of results: a summary as HTML."""
+"""Summaries of a model and of results for a notebook, as HTML."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def write_report(
 
 
 def _content(out: Path, *, pictures: bool, safety: Path | None) -> dict[str, Any]:
-    """Return what the page shows: the answer first, then the results on which it rests."""
+    """Return the content of the page: the answer first, then the results on which it rests."""
     if is_study(out):
         return study_content(out)
     if (out / ANSWER).is_file():

@@ -1,4 +1,4 @@
-"""What a report shows of a factor of safety and of a study."""
+"""Parts of a report on a factor of safety and on a study."""
 
 from __future__ import annotations
 

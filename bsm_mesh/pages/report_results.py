@@ -1,4 +1,4 @@
-"""What a report shows of a results folder; every number is of the results."""
+"""Parts of a report on a results folder; every number is of the results."""
 
 from __future__ import annotations
 

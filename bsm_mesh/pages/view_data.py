@@ -1,4 +1,4 @@
-"""What the page of ``bsm-mesh view`` shows: outlines, and every array of the results in every state, in few bytes."""
+"""Content of the page of ``bsm-mesh view``: outlines, and every array of the results in every state, in few bytes."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class ViewData:
 
 
 def read_view(saved: SavedResults) -> ViewData:
-    """Return what the page shows of a results folder.
+    """Return the content of the page on a results folder.
 
     Raises
     ------
@@ -221,7 +221,7 @@ def _without_zeros(states: list[State]) -> list[State]:
 
 
 def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dict[str, Any]]:
-    """Return what fell: what was taken away in a stage, and every unstable block at its end."""
+    """Return the fallen blocks: those taken away in a stage, and every unstable block at its end."""
     rows = []
     for number, told in enumerate(saved.told["stages"]):
         for fall in told.get("falls", ()):

@@ -49,7 +49,7 @@ def page_of(data: ViewData, heading: str) -> str:
     Parameters
     ----------
     data : ViewData
-        What it shows.
+        Content of the page.
     heading : str
         Title of the model and verdict.
 
@@ -96,7 +96,7 @@ def _document(data: ViewData, heading: str) -> Any:
 
 
 def _plot(kinds: list[str], data: ViewData) -> tuple[Any, dict[str, dict[str, Any]], dict[str, Any]]:
-    """Return the plot, what is drawn of each kind, and the marks."""
+    """Return the plot, the glyphs of each kind, and the marks."""
     from bokeh.models import BoxZoomTool, PanTool, Range1d, ResetTool, SaveTool, TapTool, WheelZoomTool
     from bokeh.plotting import figure
 
@@ -167,7 +167,7 @@ def _water(plot: Any) -> dict[str, Any]:
 
 
 def _marks(plot: Any) -> dict[str, Any]:
-    """Add the outlines of unstable blocks with their numbers, and that of what is chosen."""
+    """Add the outlines of unstable blocks with their numbers, and that of the chosen one."""
     from bokeh.models import ColumnDataSource
 
     down = ColumnDataSource(data={"xs": [], "ys": [], "x": [], "y": [], "text": []})

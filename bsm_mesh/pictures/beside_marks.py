@@ -55,7 +55,7 @@ class Looks:
         return DASHES[(number + number // (len(COLOURS) - 1)) % len(DASHES)]
 
     def label(self, stage: int, source: str | None = None) -> str:
-        """Return what the key says of a stage of the run, or of values of a source: the stage too, of several."""
+        """Return the key's entry for a stage of the run or values of a source, with the stage if there are several."""
         stage_name = self.names[stage] if len(self.names) > 1 else "computed"
         told = stage_name if source is None else source if len(self.stages) == 1 else f"{source}, {stage_name}"
         return told.replace("$", r"\$")

@@ -31,7 +31,7 @@ COMPRESSION, TENSION = "#1f3b73", "#d55e00"
 
 
 def draw_model(sheet: Sheet) -> str | None:
-    """Draw what is there: rocks, joint sets, supports, loads, bolts, water, places of histories, numbers of blocks."""
+    """Draw the model: rocks, joint sets, supports, loads, bolts, water, places of histories, numbers of blocks."""
     add_paper(sheet, rocks=True)
     add_joints(sheet, sets=True)
     add_supports(sheet)

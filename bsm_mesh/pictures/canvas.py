@@ -38,9 +38,9 @@ class Sheet:
     figure, axes
         Of Matplotlib.
     scene : Scene
-        What is drawn.
+        The scene that is drawn.
     key : list
-        What the key below the picture explains.
+        Entries of the key below the picture.
     names : list
         Boxes of names in the picture, of their rings and of the lines between, which others keep clear of [pixels].
     """

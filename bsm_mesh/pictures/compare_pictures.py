@@ -33,7 +33,7 @@ WIDE = 0.45  # height over width of a model, below which the panels stand one ab
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """What is drawn: its array, how it is called, its unit and colours."""
+    """The field of the picture: its array, name, unit and colours."""
 
     array: str
     text: str

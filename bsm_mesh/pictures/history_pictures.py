@@ -113,7 +113,7 @@ def _draw_one(axes: Any, results: Results, series: HistorySeries) -> None:
 
 
 def _scale(curves: list[_Curve], unit: str) -> tuple[float, str]:
-    """Return by what the values of curves of a unit are divided, and the unit that then suits them."""
+    """Return the divisor of the values of curves of a unit, and the unit that then suits them."""
     if unit not in ("m", "N"):
         return 1.0, unit
     beside = ends_of(listed for curve in curves for listed in curve.beside.values())

@@ -78,7 +78,7 @@ def _moving(curves: dict[str, Curves]) -> list[int]:
 
 
 def _draw_line(axes: Any, results: Results, recorded: Recorded, curves: Curves, looks: Looks) -> list[Any]:
-    """Draw the quantities of a line that are asked for; return what the key explains."""
+    """Draw the quantities of a line that are asked for; return the entries of the key."""
     curves = {stage: curve for stage, curve in curves.items() if stage in looks.stages}
     chosen = _chosen(recorded, list(next(iter(curves.values()))))
     beside = {
@@ -121,7 +121,7 @@ def _chosen(recorded: Recorded, quantities: Sequence[str]) -> list[str]:
 
 
 def _curves(results: Results, recorded: Recorded, quantities: Sequence[str]) -> Curves:
-    """Return what the run finds at the end of the stages that count.
+    """Return the computed values at the end of the stages that count.
 
     Extensions are those of the points that were recorded, displacements anywhere along the line.
     """
@@ -141,7 +141,7 @@ def _curves(results: Results, recorded: Recorded, quantities: Sequence[str]) -> 
 
 
 def _dress(axes: Any, recorded: Recorded, quantities: Sequence[str], unit: str) -> None:
-    """Write what the axes show."""
+    """Write the labels of the axes."""
     what = WORDS[quantities[0]] if len(quantities) == 1 else "displacement"
     axes.set_title(f"{recorded.name} (line)", fontsize=10, loc="left", parse_math=False)
     axes.set_xlabel("distance from the first point, m", fontsize=9)

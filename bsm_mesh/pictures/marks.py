@@ -1,4 +1,4 @@
-"""What is drawn over blocks: every unstable block, supports, loads, gravity, water table, bolts, numbers of blocks."""
+"""Marks over blocks: every unstable block, supports, loads, gravity, water table, bolts, numbers of blocks."""
 
 from __future__ import annotations
 

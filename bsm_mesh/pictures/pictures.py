@@ -129,7 +129,7 @@ def figure_of(
     window : (x0, y0, x1, y1), optional [m]
         The visible part.
     figure : matplotlib.figure.Figure, optional
-        What is drawn on; by default a figure of its own, as large as suits.
+        The figure to draw on; by default one of its own, as large as suits.
 
     Raises
     ------

@@ -63,7 +63,7 @@ def _shown(figure: Figure) -> Figure:
 
 
 def as_given(model: Model) -> Results:
-    """Return what is known of a model before it is run: the start, where nothing moved and no contact carries.
+    """Return the state of a model before it is run: the start, where nothing moved and no contact carries.
 
     All bolts are there, those that a stage installs too; blocks that a stage fills in are not.
     """

@@ -1,4 +1,4 @@
-"""What a run finds of a history at the end of a stage, wherever a value compared with it may be of."""
+"""Computed values of a history at the end of a stage, for values of any source to be compared with it."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _moved(results: Results, stage: StageResult, points: FloatArray) -> FloatArr
 
 
 def found_beside(results: Results, recorded: Recorded, beside: Beside) -> float:
-    """Return what a run finds where a value is compared with a history: in its unit; NaN where it finds nothing."""
+    """Return the computed value of a history where a value is compared with it, in its unit; NaN for none."""
     number = number_of(beside.stage, [stage.name for stage in results.stages])
     if number is None:
         return math.nan
@@ -92,7 +92,7 @@ def at_the_end(series: HistorySeries, quantity: str, number: int) -> float:
 
 
 def values_of_run(results: Results, recorded: Recorded, source: str) -> tuple[Beside, ...]:
-    """Return what a run finds of a history at the end of each stage, to be compared with that of another run."""
+    """Return the computed values of a history at the end of each stage, for comparison with another run."""
     found: list[Beside] = []
     for number, stage in enumerate(results.stages):
         name = None if number == len(results.stages) - 1 else stage.name  # the last one is compared with the last one

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
-    """What was found, worst stage first in every number.
+    """Findings of the check; every number is that of the worst stage.
 
     Attributes
     ----------
@@ -31,13 +31,13 @@ class Check:
     balance : float
         Sum of loads and reactions, over the sum of their magnitudes, or the reference weight if that is greater.
     tolerance : float
-        What both are held to: that of the run; of a linear one no more than rounding leaves.
+        Tolerance of both: that of the run; of a linear one no more than rounding.
     rounding : float
-        What the coordinates' rounding alone may make of that block's residual: far from the origin it counts.
+        Part of that block's residual that rounding of the coordinates can cause: far from the origin it counts.
     utilisation : float
         Greatest shear force over shear strength; 0 in the linear scheme, where nothing can slip.
     overlap : float [m2]
-        Area by which blocks overlap beyond what the contacts' closure accounts for, over the square of their size.
+        Area by which blocks overlap beyond the contacts' closure, over the square of their size.
     """
 
     block_residual: float
@@ -55,7 +55,7 @@ class Check:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What is not within its tolerance, in words."""
+        """Quantities beyond their tolerance, in words."""
         least, off = f"tolerance {self.tolerance:.0e}", f"{self.block_residual:.1e} of the reference weight"
         told = (
             (
@@ -126,7 +126,7 @@ def _check_stage(results: Results, stage: StageResult) -> Check:
 
 
 def _finite(value: float) -> float:
-    """Return a number; what is none counts as infinite, so that the maximum of stages keeps it."""
+    """Return a number; NaN counts as infinite, so that the maximum of stages keeps it."""
     return float(np.nan_to_num(value, nan=np.inf))
 
 
@@ -165,7 +165,7 @@ def block_residuals(results: Results, stage: StageResult) -> FloatArray:
 
 
 def _rounding(results: Results, stage: StageResult) -> FloatArray:
-    """Return what the rounding of coordinates may make of the blocks' residuals, by their moments, (n,) [N/m]."""
+    """Return the part of the blocks' residuals that rounding of coordinates can cause, by their moments, (n,) [N/m]."""
     borne = np.zeros(results.blocks.count)
     for block, _, force in _point_forces(stage):
         borne += np.bincount(block, np.hypot(*force.T), minlength=len(borne))

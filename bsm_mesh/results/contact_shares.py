@@ -19,7 +19,7 @@ BESIDE = 0.05  # of a given face: what lies further from its line is on another 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Shares:
-    """What each contact represents, in the given geometry, in the direction that has the pair's lower block behind it.
+    """The part of a face of each contact, in the given geometry, with the pair's lower block behind it.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Shares:
 def shares_of_contacts(
     blocks: Blocks, contacts: ContactForces, point: FloatArray, normal: FloatArray, *, in_rows: int
 ) -> Shares:
-    """Return what each contact represents.
+    """Return the part of a face that each contact represents.
 
     Parameters
     ----------

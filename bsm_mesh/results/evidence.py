@@ -67,7 +67,7 @@ class Evidence(Portable):
     unit_weight : (n,) float64 or None [N/m3]
         Of the rock of every block; None in results of a former version.
     gravity : (2,) float64 or None
-        Force over weight: gravity's direction, and what an earthquake adds.
+        Force over weight: gravity's direction, with an earthquake's part.
     load_block : (q,) int32 or None
         Block of every force that a load represents; None in results of a former version.
     load_point, load_force : (q, 2) float64 or None [m, N/m]
@@ -171,7 +171,7 @@ class Witness(Portable):
     point, normal : (m, 2) float64 [m, -]
         Where the contacts are, and the outward normal of `block_b`.
     length : (m,) float64 [m]
-        What each represents.
+        Of the face, represented by each.
     lines : (m, k, 2) float64 [-, N/m]
         Slope and intercept of the lines that bound the shear by the pressure; infinite intercept: no bound.
     bar_block, bar_point, bar_direction, bar_turns : as in `Evidence`

@@ -58,7 +58,7 @@ class HistorySeries:
     Attributes
     ----------
     recorded : Recorded
-        What the columns are.
+        The histories of the columns.
     stage, step : (k,) int
         Number of the stage, and of the step within it, from 0.
     values : (k, q) float64

@@ -225,7 +225,7 @@ class StageResult(Portable):
         u, v and theta of every block, since the ground's in-situ state where it is given (else since the start), and
         since the stage's start. Of a filled block since it was placed.
     origin : (n, 3) float64 [m, m, rad]
-        Where `displacement` counts from, less where the blocks were given: what the in-situ state moved them by.
+        Where `displacement` counts from, less the given position: the displacement by the in-situ state.
     stress, stress_effective : (n, 2, 2) float64 [Pa]
         Average stress of every block (Wang Eq. 3.45), tension positive: the total, and that less the water's.
     loads, reactions : (n, 3) float64 [N/m, N/m, N]
@@ -256,7 +256,7 @@ class StageResult(Portable):
     steps : tuple of StepRecord
         How it got there.
     notes : tuple of str
-        What a reader should know, a sentence each.
+        Notes for a reader, a sentence each.
     falls : tuple of Fall
         Blocks that fell in the stage and were taken away.
     evidence : Evidence or None
@@ -308,7 +308,7 @@ class StageResult(Portable):
 
     @classmethod
     def as_given(cls, **known: Any) -> StageResult:
-        """Return what is `known` of a model that was not run: nothing moved, and no contact or support carries.
+        """Return the `known` state of a model that was not run: nothing moved, and no contact or support carries.
 
         `known` are fields by their names: ``present``, ``loads``, ``water`` and its table, ``bolts``, ``evidence``.
         """

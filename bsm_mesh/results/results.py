@@ -1,4 +1,4 @@
-"""The results of a run: its stages, what they are asked for, and forms that others read."""
+"""The results of a run: its stages, queries, and formats that others read."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Results:
     stages : tuple of StageResult
         At least one; the last gives the verdict, if the run is finished.
     scheme, linear_solver : str
-        What was used.
+        Those of the run.
     tolerance : float
         Greatest force out of balance that counted as equilibrium, over the reference weight.
     model_digest : str
@@ -53,11 +53,11 @@ class Results:
     default_joint : str or None
         Name of the joint of faces whose edges have none.
     recorded : tuple of Recorded
-        What the model's histories record.
+        Records of the model's histories.
     finished : bool
         Whether the run reached its end; if not, `status` is ``unfinished``, whatever the stages are.
     model : Model or None
-        What was run; None for results that were read back.
+        The model that was run; None for results that were read back.
     options : Options or None
         How it was solved; None for results that were read back.
     spread : tuple of RouteEnd
@@ -156,7 +156,7 @@ class Results:
         window : (x0, y0, x1, y1), optional [m]
             The visible part; not of charts, as ``bolt_forces`` and ``histories``, which show no place.
         figure : matplotlib.figure.Figure, optional
-            What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+            The figure to draw on; by default one of its own, to be saved (``savefig``) or shown by a notebook.
         beside : path, Results, or several of them, or a mapping of names to them
             The values compared with the histories: tables (CSV), results folders, other results.
 
@@ -169,7 +169,7 @@ class Results:
         return doors.plot_results(self, picture, stage, window, figure, beside)
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows of them; None of polyhedra: their text."""
+        """Return the results as HTML for a notebook; None of polyhedra: their text."""
         return None if in_space(self.blocks) else doors.results_html(self)
 
     def check(self) -> Check:
@@ -190,7 +190,7 @@ class Results:
         With `tables` blocks, contacts, supports and joint sets as CSV (True) or Parquet too (``contacts.csv``, ...).
         VTU compressed by zlib is read by everything, by LZ4 only by VTK, ParaView and PyVista, and written quicker.
         The folder may be new, empty, or one of former results, which are replaced as a whole. Where the model cannot be
-        written a `ResultsWarning` says what is missing.
+        written a `ResultsWarning` names the missing parts.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What a search is asked, and what it answers."""
+"""Question and answer of a search."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Safety:
     Attributes
     ----------
     quantity : str
-        What is divided or varied.
+        The divided or varied quantity.
     stable, unstable : float or None
         The last value at which the model is stable, and the first at which it fails; None: none was found.
     undecided : tuple of float
@@ -65,27 +65,27 @@ class Safety:
     limit : Limit
         The upper bound by limit analysis.
     trials : tuple of Trial
-        What was tried, by value.
+        The trials, by value.
     states : dict
         Results at `stable` and `unstable`.
     mechanism : Mechanism or None
-        What fails at `unstable`.
+        The failure at `unstable`.
     stage : str
         The stage in question.
     start : str
         From when on, in words.
     changed : str
-        What is changed, in words.
+        The change, in words.
     reference : float or None
         Value of the state from which movement counts.
     spread : tuple of (str, Bracket)
         The brackets of other starts and of stiffer joints; none where it was not asked.
     notes : tuple of str
-        What a reader should know, a sentence each.
+        Notes for a reader, a sentence each.
     unit : str
         Unit of the quantity; empty: none.
     beside : str
-        What limit analysis says, where its bound lies beyond the bracket; empty: it does not.
+        Answer of limit analysis, where its bound lies beyond the bracket; empty: it does not.
     """
 
     quantity: str
@@ -171,7 +171,7 @@ def run_options(model: Model, options: Options | None, processes: int) -> Option
 
 
 def answer_of(found: Found, limit: Limit, quantity: str, stage: str, start: str, changed: str) -> Safety:
-    """Return what a search found as the record that is handed out."""
+    """Return the result of a search as the record that is handed out."""
     return Safety(
         quantity=quantity,
         stable=found.bracket.stable,
@@ -190,7 +190,7 @@ def answer_of(found: Found, limit: Limit, quantity: str, stage: str, start: str,
 
 
 def notes_on(found: Found, settings: Settings) -> tuple[str, ...]:
-    """Say what a reader of a bracket should know, a sentence each."""
+    """Return notes for a reader of a bracket, a sentence each."""
     notes = []
     if found.bracket.stable_beyond:
         values = ", ".join(f"{value:.4g}" for value in found.bracket.stable_beyond)

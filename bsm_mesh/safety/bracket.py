@@ -17,7 +17,7 @@ GROWTH = 1.25, 1.6, 2.0, 2.5  # from a stable value on, where no bound is known
 
 
 class Verdict(StrEnum):
-    """What a trial says of its value."""
+    """Verdict of a trial on its value."""
 
     STABLE = "stable"
     UNSTABLE = "unstable"
@@ -118,7 +118,7 @@ def next_values(trials: Iterable[Judged], within: Range, count: int = 1) -> list
     Parameters
     ----------
     trials : iterable of Judged
-        What was tried.
+        The trials.
     within : Range
         Where the limit is looked for.
     count : int
@@ -176,7 +176,7 @@ def _inside(found: Bracket, within: Range, count: int) -> list[float]:
 def _from_bound(stable: float, nearest: float, within: Range, count: int) -> list[float]:
     """Return the next places from a bound towards the last stable one; none where halving is as good.
 
-    `nearest` is the place closest to `stable` of what is not stable.
+    `nearest` is the lowest place above `stable` that is not stable.
     """
     assert within.bound is not None
     steps = accumulate(FIRST_STEP * 2**k for k in range(8))

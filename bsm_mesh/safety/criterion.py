@@ -25,7 +25,7 @@ class Ended:
     Attributes
     ----------
     value : float
-        What was tried.
+        The value of the trial.
     status : Status
         The verdict of the run.
     reason : str
@@ -51,7 +51,7 @@ class Ended:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Judgement:
-    """What is said of a run: the verdict, why, and which blocks (k,) fail."""
+    """Judgement of a run: the verdict, the reason, and which blocks (k,) fail."""
 
     verdict: Verdict
     reason: str

@@ -22,12 +22,12 @@ STRONGER, MOST_STRONGER = 0.8, 5  # of the factor of a state in which blocks mov
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Trial:
-    """A value that was tried, and what it says.
+    """A value that was tried, and its verdict.
 
     Attributes
     ----------
     value : float
-        What was tried.
+        The value of the trial.
     verdict : Verdict
         Stable, unstable or undecided.
     reason : str
@@ -53,14 +53,14 @@ class Trial:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Found:
-    """What a search found.
+    """Result of a search.
 
     Attributes
     ----------
     bracket : Bracket
         Between which values the limit lies.
     trials : tuple of Trial
-        What was tried, by value.
+        The trials, by value.
     reference : float or None
         Value of the reference state.
     reference_moved : float
@@ -97,7 +97,7 @@ class Search:
     report : callable
         Called after every trial.
     known : iterable of Ended
-        What was run before.
+        Former trials.
     states : bool
         Whether the states at both ends of the bracket are wanted; not wanted, the proof or known is not run.
     """
@@ -230,7 +230,7 @@ class Search:
 
     @property
     def ended(self) -> tuple[Ended, ...]:
-        """What was run."""
+        """The run."""
         return tuple(self._ended.values())
 
     def _found(self) -> Found:

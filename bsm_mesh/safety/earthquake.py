@@ -64,7 +64,7 @@ class SlidingSide:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ShakenMovement:
-    """What the shaken stage of the model itself says: its verdict, and how far blocks went to either side.
+    """Result of the model's own shaken stage: its verdict, and how far blocks went to either side.
 
     Attributes
     ----------
@@ -97,9 +97,9 @@ class Newmark:
     shaking : Shaking
         The record.
     sides : tuple of SlidingSide
-        What slides to the left and to the right.
+        Sliding to the left and to the right.
     shaken : ShakenMovement or None
-        What the model's shaken stage says; None: it has none, or it was not asked.
+        Result of the model's shaken stage; None: it has none, or it was not asked.
     """
 
     stage: str
@@ -250,7 +250,7 @@ def _sliding_side(side: Side, limit: Safety, base: BaseMotion, peak: float) -> S
 def _run_shaken(
     model: Model, number: int, options: Options | None, report: Callable[[str], None]
 ) -> ShakenMovement | None:
-    """Return what the shaken stage of a model says; None where an earlier one is not stable."""
+    """Return the result of a model's shaken stage; None where an earlier one is not stable."""
     report(f"stage '{model.stages[number].name}'")
     model = model_up_to(model, number + 1)
     given = run_options(model, options, 1)

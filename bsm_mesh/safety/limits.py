@@ -68,7 +68,7 @@ def limit_value(
     stage : str, optional
         The stage in question, ``initial`` for the first; None: the last.
     quantity : str
-        What the number is, for words and pictures.
+        Name of the number, for words and pictures.
     unit : str
         Its unit, for words and pictures.
     tolerance : float

@@ -116,7 +116,7 @@ class Reaches:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Estimate:
-    """What one measurement says of the number.
+    """Estimate of the number by one measurement.
 
     Attributes
     ----------
@@ -141,15 +141,15 @@ class BackAnalysis:
     Attributes
     ----------
     quantity : str
-        What the number is.
+        Name of the number.
     value : float or None
         The estimate: of several measurements the mean, weighted by the inverse of their variances.
     deviation : float or None
         Its standard deviation, from the scatter of the measurements.
     estimates : tuple of Estimate
-        What every measurement says.
+        The estimate of every measurement.
     trials : tuple of Trial
-        What was run, by value.
+        The runs, by value.
     unit : str
         Unit of the quantity; empty: none.
     """
@@ -194,7 +194,7 @@ def back_analysis(
     model_at, good, bad, options, stage, quantity, unit, tolerance, trials, processes, report
         As in `limit_value`.
     measured : sequence of Measured
-        What was measured in the stage; movements count from its start.
+        Measurements in the stage; movements count from its start.
 
     Raises
     ------

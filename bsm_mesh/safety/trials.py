@@ -79,7 +79,7 @@ class Reduction:
         return dict.fromkeys(names, 1 / factor)
 
     def __str__(self) -> str:
-        """Return what is reduced, in words."""
+        """Return the reduced quantity, in words."""
         parts = ["all joints" if self.joints is None else f"joint {', '.join(self.joints)}"]
         parts += ["rock faces"] * self.rocks + ["bolts"] * self.bolts
         return ", ".join(parts)

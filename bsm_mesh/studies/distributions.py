@@ -1,4 +1,4 @@
-"""How a number scatters: distributions given by what an engineer knows of it, cut off at bounds."""
+"""How a number scatters: distributions by the numbers an engineer knows, cut off at bounds."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Distribution:
     Attributes
     ----------
     family : str
-        Of `NEEDS`, which says what each takes.
+        Of `NEEDS`, which names the parameters of each.
     mean, deviation : float or None
         Mean and standard deviation of the number itself (of a lognormal one too), before bounds cut it off.
     mode : float or None

@@ -1,6 +1,6 @@
 """The runs of a study that are finished, on the disk itself as each reaches its end: a line of JSON a run.
 
-Each line has a checksum over the run, its answers and what the study is of: a number that was changed, or a line of
+Each line has a checksum over the run, its answers and the study's inputs: a number that was changed, or a line of
 another study, is no run of this one.
 """
 
@@ -29,7 +29,7 @@ class Journal:
     path : Path
         The file.
     key : str
-        What the runs are of: study, model, program.
+        Source of the runs: study, model, program.
     """
 
     path: Path

@@ -204,7 +204,7 @@ def correlation_matrix(keys: Sequence[str], correlations: Sequence[Correlation])
 def _not_for_lists(
     sources: Mapping[str, Source], method: str, runs: int | None, correlations: Sequence[Correlation]
 ) -> list[str]:
-    """Return what a grid or a list does not take, a sentence each."""
+    """Return settings that a grid or a list does not take, a sentence each."""
     faults = [
         f"[vary] {key}: a {method} takes values, or from, to and count, not a distribution"
         for key, source in sources.items()

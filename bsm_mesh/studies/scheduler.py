@@ -12,7 +12,7 @@ from bsm_mesh.worker_pool import Finished, WorkerPool
 
 
 class Work(Protocol):
-    """What is done in every run. It pickles small: what it can make again is made where it arrives, once.
+    """The task of every run. It pickles small: parts that it can make again are made in the process, once.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Scheduler(Protocol):
         Parameters
         ----------
         work : Work
-            What is done.
+            The task of a run.
         tasks : mapping of int to mapping
             Values by the number of the run.
         """
@@ -48,7 +48,7 @@ _one_at_a_time = threading.Lock()
 
 
 def perform(work: Work, run: int, values: Mapping[str, Value]) -> dict[str, Any]:
-    """Return the outcome of a run, by the work that this process has kept: what it has read and built is there."""
+    """Return the outcome of a run, by the work that this process has kept, with its files and models."""
     with _one_at_a_time:  # a worker of Dask may have several threads, and Gmsh is of the whole process
         return _kept.setdefault(work.key, work)(run, values)
 

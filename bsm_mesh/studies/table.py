@@ -45,7 +45,7 @@ class StudyTable:
     columns : mapping of str to list
         ``run``, the keys, and the answers; None where there is none.
     metadata : mapping of str to str
-        What the table is of.
+        Source of the table.
     """
 
     keys: tuple[str, ...]
@@ -123,7 +123,7 @@ def make_table(
     factor : bool
         Whether the columns of the factor of safety are there.
     metadata : mapping of str to str
-        What the table is of.
+        Source of the table.
     """
     order: Sequence[int] = sorted(rows)
     answers = {**ANSWERS, **(FACTOR if factor else {}), **LAST}

@@ -1,4 +1,4 @@
-"""Tables of the values compared with histories: with what the run finds there, and as a file that is read again."""
+"""Tables of the values compared with histories: with the computed values, and as a file that is read again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_LISTED = 30  # values of one source, stage and quantity of a history: more 
 
 
 def beside_rows(results: Results) -> list[tuple[str, ...]]:
-    """Return the values compared with the histories, and what the run finds there: a row a value, as `HEADER` heads it.
+    """Return the values compared with the histories, with the computed ones: a row a value, as `HEADER` heads it.
 
     Curves along a line are left out, and stages that the run has not come to.
     """
@@ -46,7 +46,7 @@ def beside_lines(results: Results) -> list[str]:
 
 
 def _told(one: Beside, found: float) -> tuple[str, ...]:
-    """Return quantity, what was found, the values compared with it, of what source, and by how much they differ."""
+    """Return quantity, computed value, the values compared with it, their sources, and the differences."""
 
     def told(value: float) -> str:
         if math.isnan(value):

@@ -17,7 +17,7 @@ from bsm_mesh.reading import FORMULA
 
 
 def as_cell(value: object) -> object:
-    """Return what is written of a value: a text that a spreadsheet would run is behind an apostrophe.
+    """Return the text of a value: one that a spreadsheet would run is behind an apostrophe.
 
     `bsm_mesh.reading.as_given_text` takes it away. Numbers, also those that are texts, stay as they are.
 
@@ -41,7 +41,7 @@ class CsvWriter:
     Parameters
     ----------
     file : file
-        What is written to.
+        Output.
     end : str
         Of a line.
     """

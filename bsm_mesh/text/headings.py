@@ -1,4 +1,4 @@
-"""Stages by number or name, and what every picture of results has."""
+"""Stages by number or name, and common parts of pictures of results."""
 
 from __future__ import annotations
 

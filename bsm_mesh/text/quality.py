@@ -144,7 +144,7 @@ def quality_summary(
 
 
 def poor_blocks(blocks: Blocks, limits: Thresholds) -> dict[str, IntArray]:
-    """Return the blocks of poor shape, by what is poor about them."""
+    """Return the blocks of poor shape, by their fault."""
     import shapely
 
     area = blocks.moments.area

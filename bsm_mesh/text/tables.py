@@ -74,7 +74,7 @@ def print_table(
 
 
 def vector(components: Iterable[float], unit: str) -> str:
-    """Return the components of a vector; what is rounding compared with the greatest is shown as 0."""
+    """Return the components of a vector; a component within rounding of the greatest is shown as 0."""
     parts = [float(c) for c in components]
     greatest = max(abs(c) for c in parts)
     return ", ".join(engineering(c if abs(c) > 1e-9 * greatest else 0.0, unit) for c in parts)
@@ -163,7 +163,7 @@ def falling(results: Results, stage: StageResult) -> str:
 
 
 def _weights(results: Results, stage: StageResult) -> FloatArray:
-    """Return the weight of every block (n,), with what an earthquake adds; zeros where it is not known."""
+    """Return the weight of every block (n,), with an earthquake's part; zeros where it is not known."""
     if stage.evidence is not None:
         return lengths(stage.evidence.weight)
     return np.zeros(results.blocks.count) if results.model is None else results.model.weights
@@ -315,7 +315,7 @@ def joint_rows(results: Results) -> list[tuple[str, ...]]:
 
 
 def percent(share: float) -> str:
-    """Return a share in per cent; what is there is never shown as none, nor what lacks a little as all.
+    """Return a share in per cent; a small share is never shown as none, nor one just below the whole as all.
 
     Examples
     --------

@@ -48,7 +48,7 @@ def mend_streams() -> None:
     r"""Make stdin, stdout and stderr fit to be used, whatever they are.
 
     What their encoding does not have is written as an escape, ``Gr\xf6\xdfe``. One that was closed leads nowhere;
-    otherwise the next file that is opened would have its number, and get what a library prints.
+    otherwise the next file that is opened would have its number, and get the output of a library.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         mode = "w" if number else "r"

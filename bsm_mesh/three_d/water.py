@@ -26,7 +26,7 @@ class WaterOnPolyhedra:
     Parameters
     ----------
     model : Model
-        What is given; its blocks are polyhedra.
+        The model; its blocks are polyhedra.
     """
 
     block: IntArray  # (t,) of every triangle of the surfaces of all blocks

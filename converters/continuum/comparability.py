@@ -38,9 +38,9 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
     Parameters
     ----------
     model : Model
-        What was run.
+        The model that was run.
     results : Results
-        What came out.
+        Its results.
     stage : StageResult
         One of its stages.
     """
@@ -127,7 +127,7 @@ def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], numb
     Parameters
     ----------
     model : Model
-        What was solved.
+        The model that was solved.
     stages : tuple of ContinuumSolution
         As far as the continuum came.
     number : int

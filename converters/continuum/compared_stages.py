@@ -72,9 +72,9 @@ def compare_stages(
     Parameters
     ----------
     model : Model
-        What was run.
+        The model that was run.
     results : Results
-        What came out.
+        Its results.
     order : {1, 2} or None
         Polynomial order of the continuum's displacements; None: 1 with joints, which then act at the blocks' own
         contact points, else 2.

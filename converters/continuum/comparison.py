@@ -86,7 +86,7 @@ class Comparison:
     bsm_seconds, fem_seconds : float
         Wall time of the run up to here, and of one continuum solution.
     notes : tuple of str
-        What the continuum leaves out or treats in its own way.
+        Parts that the continuum leaves out or treats in its own way.
     """
 
     present: BoolArray

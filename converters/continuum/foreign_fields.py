@@ -42,8 +42,8 @@ class FieldNames:
     Attributes
     ----------
     arrays : mapping of str to str
-        Names in the file of "displacement", "stress", or of their parts "ux", "uy", "sxx", "syy", "sxy"; what is not
-        named is looked for among names that programs use.
+        Names in the file of "displacement", "stress", or of their parts "ux", "uy", "sxx", "syy", "sxy"; others are
+        looked for among names that programs use.
     factors : mapping of str to float
         By which the values are multiplied: "displacement", or its parts "ux" and "uy", to metres, "stress", or its
         parts "sxx", "syy" and "sxy", to pascals, "length" (of the mesh) to metres; where not given as the name in the
@@ -136,7 +136,7 @@ def length_factor(result: ForeignResult, names: FieldNames) -> float:
 
 
 def _factor(result: ForeignResult, names: FieldNames, parts: Sequence[str], part: str, array: str) -> float:
-    """Return by what an array is multiplied: as given for the part, for the whole, or as its name tells."""
+    """Return the factor of an array: as given for the part, for the whole, or as its name tells."""
     is_stress = part.startswith("s")
     for key in (part, "stress" if is_stress else "displacement"):
         if key in names.factors:

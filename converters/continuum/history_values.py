@@ -58,7 +58,7 @@ def history_values(
 def beside_of_elements(
     results: Results, recorded: Sequence[Recorded], stages: Sequence[ComparedStage], source: str
 ) -> dict[str, tuple[Beside, ...]]:
-    """Return what the elements find of the histories at the end of the compared stages, by the histories' names.
+    """Return the elements' values of the histories at the end of the compared stages, by the histories' names.
 
     Lines move as points do, each with its block's average displacement and rotation.
     """

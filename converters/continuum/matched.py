@@ -119,7 +119,7 @@ def constants_of(model: Model, elasticity: ElasticityName) -> BlockElasticity:
 
 
 def matched_constants(model: Model) -> BlockElasticity:
-    """Return the constants (n, 3, 3) [Pa] that the blocks as a continuum have; notes say what was chosen.
+    """Return the constants (n, 3, 3) [Pa] of the blocks as a continuum; notes state the choice.
 
     Where most blocks are triangles all are taken as such (`matched_elasticity`); else every block has its own
     `affine_stiffness`. Joints and the springs' place on an edge do not enter. Rigid rock has `rigid_stiffness`.

@@ -47,7 +47,7 @@ class OutsideComparison:
     errors : tuple of Difference
         Of stress components, the whole tensor and the displacement, over the blocks compared.
     notes : tuple of str
-        Which arrays were taken, and what is not compared.
+        Which arrays were taken, and omissions.
     """
 
     stage: str
@@ -77,13 +77,13 @@ def compare_with(
     Parameters
     ----------
     model : Model
-        What was run.
+        The model that was run.
     results : Results
         What came out.
     other : ForeignResult
         As `converters.meshes.foreign_files.read_foreign` returns it.
     names : FieldNames
-        What its arrays are.
+        Names of its arrays.
     stage : str, optional
         Name of the stage; by default the last.
 

@@ -20,7 +20,7 @@ Stages = tuple[ContinuumSolution, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What is to be solved, as `compare_stages` is asked."""
+    """The problem to be solved, as `compare_stages` is asked."""
 
     order: int | None = None
     joints: bool | None = None

@@ -50,7 +50,7 @@ def solve_continuum_stages(
     Parameters
     ----------
     model : Model
-        What is given. Without `joints` every rock in use must be elastic; with them a rigid rock is a very stiff one.
+        The model. Without `joints` every rock in use must be elastic; with them a rigid rock is a very stiff one.
     elasticity : {"nominal", "matched"}
         Elastic constants, see `ContinuumSolution`.
     **discretization

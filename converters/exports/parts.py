@@ -1,4 +1,4 @@
-"""What every export needs of a model: faces with their joints, forces on blocks, and what nobody else can say."""
+"""Parts of a model for every export: faces with their joints, forces on blocks, and notes on omissions."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class JointedFaces:
 
 
 def heading(model: Model) -> str:
-    """Return the title of a model in one line, with the units of what is written."""
+    """Return the title of a model in one line, with the units of the file."""
     return one_line(f"{model.title or 'a model'} of bsm-mesh, in m, N, Pa, kg/m^3")
 
 

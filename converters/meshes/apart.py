@@ -1,6 +1,6 @@
 """Foreign readers in a process of their own, with limits of time and memory.
 
-VTK's readers die of damaged files (signals 6 and 11), meshio's never end on some. What they find comes back as plain
+VTK's readers die of damaged files (signals 6 and 11), meshio's never end on some. Their data come back as plain
 arrays; a reader that fails, dies or does not end is one `ModelError`.
 """
 
@@ -43,7 +43,7 @@ def read_apart(read: Callable[[Path], Found], path: Path) -> Found:
     Parameters
     ----------
     read : callable
-        The reader, a function of a module; the module's ``LIBRARY`` names what it imports when it is called.
+        The reader, a function of a module; the module's ``LIBRARY`` names the modules it imports when it is called.
     path : Path
         The file.
 
@@ -152,7 +152,7 @@ def _limit(seconds: int, size: int) -> None:
 
 
 def _main(module: str, function: str, path: str, seconds: str) -> None:
-    """Read a file within limits and send what is found, or the faults, down stdout."""
+    """Read a file within limits and send the data, or the faults, down stdout."""
     stream = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no part of it
     reader = import_module(module)

@@ -62,7 +62,7 @@ class MeshCells:
     Attributes
     ----------
     source : str
-        The file, or what the caller named it.
+        The file, or the caller's name for it.
     points : (n_points, 2 or 3) float64
         Coordinates of the nodes, in the mesh's own unit and axes.
     corners : (n_corners,) int64
@@ -78,7 +78,7 @@ class MeshCells:
     arrays : mapping of str to (elements' values, pieces' values)
         Integer data whose values may represent groups, such as ``MaterialIDs``.
     notes : tuple of Note
-        What was reduced or left out so far.
+        Reductions and omissions so far.
     """
 
     source: str
@@ -128,7 +128,7 @@ def gather_cells(
     node_sets, sides : mapping of str to array, optional
         Sets of nodes, and of sides of elements by their ends: they become line elements in groups of these names.
     notes : sequence of Note
-        What the reader has to say.
+        Notes of the reader.
 
     Raises
     ------

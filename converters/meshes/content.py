@@ -1,6 +1,6 @@
 """The format of a mesh by its content: the ending is a word of whoever wrote the file.
 
-Gmsh takes what it does not recognise for a script and runs it, so no file goes there that is not listed here.
+Gmsh takes unknown content for a script and runs it, so no file goes there that is not listed here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class MeshFormat:
     ending : str
         By which its reader knows it, for Gmsh in lower case.
     head : re.Pattern
-        What a file of it begins with.
+        First bytes of such a file.
     """
 
     name: str

@@ -80,7 +80,7 @@ def read_mesh(
         A file in any format that meshio or VTK reads. A mesh in the xy plane keeps its axes; of one in the xz or yz
         plane, z is up.
     groups : mapping of str to str
-        What the mesh's own groups represent, ``{"Schist": "rock:schist"}``; ``"*"`` represents the surface elements in
+        Meanings of the mesh's own groups, ``{"Schist": "rock:schist"}``; ``"*"`` represents the surface elements in
         no rock, and ``"MaterialIDs=3"`` for the elements where that array has that value.
     unit_scale : float [m]
         The mesh's unit of length: 0.001 for millimetres.

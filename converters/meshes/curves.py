@@ -68,7 +68,7 @@ def cover_edges(
 ) -> Coverage:
     """Return which pieces run along which edges.
 
-    A piece between the two points of an edge lies along it. What is left (fewer than two edges found, so
+    A piece between the two points of an edge lies along it. The rest (fewer than two edges found, so
     perhaps a corner in the middle of an edge) is matched by geometry with the edges that have no partner.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Elements replaced by the faces into which they are cut: what each part carries is that of the element or edge."""
+"""Elements replaced by the faces into which they are cut: each part has the data of its element or edge."""
 
 from __future__ import annotations
 

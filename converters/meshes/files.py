@@ -59,7 +59,7 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
 def may_name_others(file: Path) -> bool:
     """Return whether a mesh file may make its reader open further files, which may lie anywhere.
 
-    So do XDMF (its HDF5 files), what is HDF5 itself (external links), TetGen and DOLFIN (the files next to it), and
+    So do XDMF (its HDF5 files), HDF5 files themselves (external links), TetGen and DOLFIN (the files next to it), and
     Abaqus by ``*INCLUDE``.
     """
     if file.suffix.lower() != ".inp":

@@ -19,7 +19,7 @@ LIBRARY = ("gmsh",)
 def read_by_gmsh(path: Path) -> MeshCells:
     """Return the elements and groups of a file that Gmsh reads; groups of elements keep their names.
 
-    Gmsh runs what it does not know as a script, and a file of options next to the mesh (``mesh.unv.opt``) too. So it
+    Gmsh runs unknown content as a script, and a file of options next to the mesh (``mesh.unv.opt``) too. So it
     gets the mesh alone in a folder of ours, by the ending of the format that the content has.
 
     Raises

@@ -40,7 +40,7 @@ class _Model:
         return [self.assembly, *self.parts.values(), *self.own.values()]
 
     def placed(self) -> Iterator[tuple[str, list[Part], FloatArray]]:
-        """Give the name of each instance, what belongs to it (the assembly last), and by what it is shifted."""
+        """Yield the name of each instance, its data (the assembly last), and its shift."""
         for name, (part, shift, block) in self.instances.items():
             mesh = [self.parts.get(part, Part()), self.own[name]]
             if not any(layer.nodes for layer in mesh):
@@ -116,7 +116,7 @@ def _model(path: Path) -> _Model:
 
 
 def _keep(block: Block, part: Part) -> None:
-    """Keep what a block says of a part's nodes, elements, sets or surfaces."""
+    """Keep a block's data on a part's nodes, elements, sets or surfaces."""
     options, name = block.options, block.options.get(block.keyword, "")
     if block.keyword == "NODE":
         rows = _nodes(block)

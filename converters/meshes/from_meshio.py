@@ -1,4 +1,4 @@
-"""Every other format, read by meshio, with what it gets wrong put right."""
+"""Every other format, read by meshio, with its errors corrected."""
 
 from __future__ import annotations
 

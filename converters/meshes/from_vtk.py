@@ -1,7 +1,7 @@
 """VTK's own files (VTU, VTP, legacy VTK), read by VTK.
 
 meshio 5.3.5 keeps only the last piece of a VTU file in several pieces, knows neither its newer versions nor
-string data, and orders polygons by their number of corners; VTK reads what it wrote.
+string data, and orders polygons by their number of corners; VTK reads its own files.
 """
 
 from __future__ import annotations

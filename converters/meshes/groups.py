@@ -1,4 +1,4 @@
-"""Groups of a mesh by what they represent: names of the grammar ``kind:name``, renamed where the user says so."""
+"""Groups of a mesh by their meaning: names of the grammar ``kind:name``, renamed where the user says so."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class NamedGroup:
     Attributes
     ----------
     name : GroupName
-        What it represents.
+        Its meaning.
     source : str
         Its name in the mesh.
     elements, pieces : (k,) int64

@@ -1,4 +1,4 @@
-"""Elements cut along lines, whatever their shape: what the lines, and the edges of the elements they cross, enclose.
+"""Elements cut along lines, whatever their shape: areas between the lines and the edges they cross.
 
 All are divided where they meet by snap rounding (Hobby 1999), by GEOS, on a grid far below the elements: which pieces
 meet is settled there without doubt. The points are then put back where segments and edges cross. A line that ends
@@ -44,7 +44,7 @@ def cut_elements(blocks: Blocks, segments: Segments) -> tuple[Blocks, LongArray]
     blocks : Blocks
         An element a block, conforming.
     segments : Segments
-        What they are cut along, led through the nodes that they touch.
+        The cutting lines, led through the nodes that they touch.
     """
     import shapely
 

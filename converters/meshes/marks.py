@@ -54,7 +54,7 @@ class Marks:
     lines : mapping of str to sequence of (n, 2) float64 [m]
         Lines of each joint; elements that they cross are cut.
     borders : mapping of str to str or (str, str)
-        What each joint lies between: two names (rocks, groups of surfaces), ``"rocks"`` for any two rocks, or the name
+        The two sides of each joint: two names (rocks, groups of surfaces), ``"rocks"`` for any two rocks, or the name
         of an array of whole numbers for any two values of it.
     boundaries : mapping of str to Place
         Where each boundary is.
@@ -78,7 +78,7 @@ def mark(blocks: Blocks, marks: Marks, cells: MeshCells, block_of: LongArray) ->
     blocks : Blocks
         An element a block.
     marks : Marks
-        What is added.
+        Joints and boundaries to add.
     cells : MeshCells
         The mesh, for the names of its groups and arrays.
     block_of : (n_elements,) int64
@@ -141,7 +141,7 @@ Membership = tuple[BoolArray, BoolArray] | LongArray  # of blocks: in the one, i
 def _sides(
     blocks: Blocks, border: str | tuple[str, str], cells: MeshCells, block_of: LongArray, parent: LongArray
 ) -> Membership:
-    """Return what the blocks on the two sides of a border are in."""
+    """Return the rocks or groups of the blocks on the two sides of a border."""
     if border == BETWEEN_ROCKS:
         return blocks.rock.astype(np.int64)
     given = np.flatnonzero(block_of >= 0)

@@ -126,7 +126,7 @@ def snap_corners(blocks: Blocks, distance: float) -> tuple[Blocks, list[str]]:
 
 
 def _merge(fine: Blocks, slivers: IntArray, across_joints: bool) -> tuple[LongArray, list[str]]:
-    """Return the merged block of each block, and what was merged; `fine` conforms."""
+    """Return the merged block of each block, and the merged ones; `fine` conforms."""
     own = np.arange(fine.count)
     if slivers.size == 0:
         return own, []

@@ -48,7 +48,7 @@ class Note:
     Attributes
     ----------
     kind : NoteKind
-        What it is about.
+        Its subject.
     name : str
         The group, element type or the like that it concerns; empty if it is none in particular.
     count : int
@@ -70,7 +70,7 @@ class MeshReport:
     Attributes
     ----------
     source : str
-        The file, or what the caller named it.
+        The file, or the caller's name for it.
     nodes : int
         Nodes in the mesh.
     elements : int

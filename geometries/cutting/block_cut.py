@@ -39,7 +39,7 @@ class JointAccount:
     outside : float
         Ends that stand out of the rock by two tolerances.
     snapped : float
-        What the tolerance took away or added where joints nearly meet.
+        Length removed or added by the tolerance where joints nearly meet.
     dead_ends : int
         Ends in the rock.
     """

@@ -1,4 +1,4 @@
-"""Ends of traces brought exactly onto what they nearly touch.
+"""Ends of traces brought exactly onto the lines that they nearly touch.
 
 An end within the tolerance of another end becomes the same point; one within the tolerance of another line moves along
 its own line onto that one, which gets a vertex there. A joint that ends at another, a hair too short or too long, then
@@ -37,7 +37,7 @@ class Lines:
 
 
 def join_ends(pieces: Pieces, tolerance: float) -> Lines:
-    """Return the pieces with their ends joined to what is within the tolerance."""
+    """Return the pieces with their ends joined to lines within the tolerance."""
     ends = _merge_ends(pieces, tolerance)
     pieces = dataclasses.replace(pieces, ends=ends)
     pieces = pieces.chosen(pieces.length > tolerance)

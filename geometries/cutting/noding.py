@@ -1,6 +1,6 @@
 """The shapely engine: pieces divided where they meet, on a grid, for very many joints.
 
-Snap rounding (Hobby 1999), by GEOS: what is nearer than the grid is made to touch, so that no two joints leave a
+Snap rounding (Hobby 1999), by GEOS: points nearer than the grid are made to touch, so that no two joints leave a
 gap or a block thinner than the grid. The grid settles who meets whom; the points then go back onto the pieces.
 """
 

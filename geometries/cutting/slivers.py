@@ -35,7 +35,7 @@ class Joined:
 def join_slivers(
     graph: Graph, faces: Faces, region: IntArray, points: FloatArray, pieces: Pieces, mass: RockMass
 ) -> tuple[Graph, Faces, IntArray, Joined]:
-    """Return graph, faces and their regions without slivers, and what was joined.
+    """Return graph, faces and their regions without slivers, and the joined regions.
 
     The longest side of a sliver that is a trace with rock on both sides is taken away. Outlines of regions stay, and
     slivers that have nothing else.

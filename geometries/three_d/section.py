@@ -1,4 +1,4 @@
-"""What a plane cuts of a complex of cells: it divides edges, then faces, then cells."""
+"""Section of a complex of cells by a plane: it divides edges, then faces, then cells."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SNAP = 1e-9  # of the size of the box: points nearer to a plane lie on it
 
 
 class Complex(Protocol):
-    """What is cut: a `bsm_mesh.geometries.three_d.cell_complex.CellComplex`."""
+    """The complex: a `bsm_mesh.geometries.three_d.cell_complex.CellComplex`."""
 
     points: Growing
     loops: Rows
@@ -44,7 +44,7 @@ class Complex(Protocol):
 
 
 class Section:
-    """What a plane cuts of a complex: the cells with corners on both sides, and the faces and edges that it divides.
+    """Section of a complex by a plane: the cells with corners on both sides, and the faces and edges that it divides.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ def read_arrays(file: Path | IO[bytes], only: Container[str] | None = None) -> d
     Parameters
     ----------
     file : path or file
-        What is read.
+        The archive.
     only : container of str, optional
         Names of the arrays that are read; by default all.
 

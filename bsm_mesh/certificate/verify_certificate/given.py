@@ -30,7 +30,7 @@ def given_faults(a: Arrays, reference: float) -> list[str]:
 
 
 def given_text(a: Arrays) -> str:
-    """Say what the blocks weigh and how many are held, for a reader who knows the model."""
+    """State the weight of the blocks and how many are held, for a reader who knows the model."""
     if any(name not in a for name in GIVEN):
         return "no weights are given"
     there = np.unique(a["unit_weight"][a["present"]])

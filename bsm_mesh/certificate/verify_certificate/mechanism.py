@@ -15,7 +15,7 @@ ENORMOUS = 1e6  # times all loads together: forces that no rock carries
 
 
 def proved(stage: dict[str, Any], a: Arrays, *, linear: bool) -> tuple[str, list[str]]:
-    """Return what the mechanism proves by virtual work where the blocks were given, and whether it does not."""
+    """Return the virtual work of the mechanism in the initial geometry in words, and whether the proof fails."""
     p = {name.removeprefix("proof_"): values for name, values in a.items() if name.startswith("proof_")}
     v, centroid, gyration = p["velocity"], a["centroid"], a["gyration"]
 

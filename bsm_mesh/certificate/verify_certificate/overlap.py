@@ -39,7 +39,7 @@ def overlap(a: Arrays) -> tuple[str, list[str]]:
 
 
 def mean_of_lower(begin: Any, end: Any, mean: Any) -> Any:
-    """Return the mean of the lower of two lines, from what the first begins and ends above the second of a mean."""
+    """Return the mean of the lower of two lines; the first begins and ends above the second, whose mean is given."""
     d, e = begin[0], end[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = np.where(d < 0, d * d, -e * e) / (d - e) / 2

@@ -77,7 +77,7 @@ class WearingLaw(JointLaw, Protocol):
     ----------
     wear_length : float or None [m]
         Slip over which strength changes markedly; None: it does not wear. Blocks that are followed slide by no more
-        than an eighth of it and of what they have slid before laws are asked again.
+        than an eighth of it and of their slip before laws are asked again.
     """
 
     @property

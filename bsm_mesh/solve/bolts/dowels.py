@@ -157,7 +157,7 @@ class Dowels:
         _add_tangent(places[self.place], stiffness, force, at.across, at.arm_near, at.arm_far, data)
 
     def commit(self, at: DowelEvaluation) -> Dowels:
-        """Return the crossings after an accepted step: what was sheared beyond the strength stays."""
+        """Return the crossings after an accepted step: shear beyond the strength stays."""
         return replace(self, rest=self.rest + at.shear - at.force / self.stiffness)
 
     def install(self, position: FloatArray, chosen: BoolArray) -> Dowels:

@@ -1,4 +1,4 @@
-"""What a step of the continuation is about, how exactly it is to be solved, and whether an attempt may end it."""
+"""Phase of a step of the continuation, its tolerance, and whether an attempt may end it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class AcceptanceSettings:
     Attributes
     ----------
     min_inner : float
-        Smallest tolerance of a step over that of rest: below 1, so that what is at rest is so in the next step too,
+        Smallest tolerance of a step over that of rest: below 1, so that rest in a step is rest in the next step too,
         and no smaller, for in large models rounding is near.
     reduction : float
         Part of a step's residual to which it is solved.
@@ -67,7 +67,7 @@ class Acceptance:
         return self._options.tolerance * self._system.residual_scale
 
     def phase(self, equations: StepEquations, iterate: Iterate, number: int) -> Phase:
-        """Return what a step is about, by its number and where it begins."""
+        """Return the phase of a step, by its number and where it begins."""
         if number == 0 and iterate.velocity is None:
             return Phase.START if self._intact else Phase.AFTER_CHANGE
         if iterate.velocity is not None and (self.pace.wait > 0 or is_fast(equations, iterate)):
@@ -75,7 +75,7 @@ class Acceptance:
         return Phase.NEAR_REST
 
     def goal(self, iterate: Iterate) -> Goal:
-        """Return what a step is to reach.
+        """Return the goal of a step.
 
         At rest a part of the residual at its start is enough: steps to come take up the others. Velocities end in an
         equilibrium only, or what slides slowly would stop at every step.

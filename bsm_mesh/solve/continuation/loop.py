@@ -79,7 +79,7 @@ class Continuation:
     Attributes
     ----------
     state : LoopState
-        What the last accepted step hands to the next; none before the first.
+        State after the last accepted step; none before the first.
     shaken : ShakingMemory or None
         How far the stage was shaken.
     """
@@ -222,7 +222,7 @@ class Continuation:
         return state
 
     def _exhausted(self, steps: str, residual: float, position: FloatArray) -> str:
-        """Return why the run ended without a verdict, and what may help."""
+        """Return why the run ended without a verdict, and possible cures."""
         moved = float(distances(position).max())
         return (
             f"the limit of {self.options.max_steps} {steps} was reached with residual {residual:.1e}, a block having "

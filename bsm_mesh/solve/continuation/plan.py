@@ -14,7 +14,7 @@ from bsm_mesh.solve.step.attempt import Method
 
 
 class Phase(StrEnum):
-    """What a step is about."""
+    """Purpose of a step."""
 
     START = "start"  # the first of a run: contacts carry nothing yet, or the in-situ field
     AFTER_CHANGE = "after a change"  # the first after an excavation, fill, new loads, water or bolts

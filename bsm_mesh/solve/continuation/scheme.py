@@ -75,7 +75,7 @@ class ContinuationScheme:
 
     @property
     def state(self) -> ContinuationState:
-        """What it carries from stage to stage, and from step to step while it solves one."""
+        """Its state from stage to stage, and from step to step within one."""
         loop = None if self._engine is None else self._engine.state
         return ContinuationState(
             moved=self.moved.copy(),

@@ -1,4 +1,4 @@
-"""What an accepted step hands to the next: with it a run continues as if it had not been interrupted."""
+"""State after an accepted step: with it a run continues as if it had not been interrupted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bsm_mesh.solve.step.system import History
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class CollapseMemory:
-    """What the collapse criterion remembers of the blocks, an entry a block.
+    """Memory of the collapse criterion, an entry a block.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class CollapseMemory:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class CycleMemory:
-    """What a cycle of Wang's iteration hands to the next of its contacts, in rising order of their keys.
+    """Contacts after a cycle of Wang's iteration, for the next, in rising order of their keys.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class CycleMemory:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LoopState:
-    """The state of a continuation between two steps; all else follows from what it began with.
+    """The state of a continuation between two steps; all else follows from its start.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class LoopState:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ContinuationState:
-    """What the scheme carries over stages, in the numbers of the whole, and over the steps of the one that it solves.
+    """State of the scheme over stages, in the numbers of the whole, and over the steps of the present one.
 
     Attributes
     ----------

@@ -97,7 +97,7 @@ class CollapseCriterion:
 
     @property
     def memory(self) -> CollapseMemory:
-        """What it remembers now."""
+        """Its memory now."""
         return CollapseMemory(
             last_supported=self.last_supported,
             detached=self.detached,
@@ -108,7 +108,7 @@ class CollapseCriterion:
         )
 
     def recall(self, memory: CollapseMemory) -> None:
-        """Remember what it did between two steps of the same run."""
+        """Restore its memory between two steps of the same run."""
         self.last_supported, self.rest = memory.last_supported, memory.rest
         self.detached, self.thrown = memory.detached, memory.thrown
         self.sizes_moved, self.speed = memory.sizes_moved, memory.speed
@@ -121,7 +121,7 @@ class CollapseCriterion:
         velocity: FloatArray | None = None,
         flight: float = SETTINGS.free_move,
     ) -> Collapse | None:
-        """Return what has fallen after an accepted step, or None.
+        """Return the fallen blocks after an accepted step, or None.
 
         `contacted`: contacts (m,) closed at its end, or during the step; `flight`: as `CollapseSettings.free_move`.
         """

@@ -6,7 +6,7 @@ good step: a cycle moves sliding blocks by the residual over the shear stiffness
 of L takes about ``L k_s / dP`` cycles. Six corrections, without which its verdicts are wrong, or take for ever:
 
 * opened contacts leave the stiffness matrix, but for a hundredth, until they close again: with all of it blocks hang
-  from what is open, with none an arch that stands is thrown apart;
+  from open contacts, with none a stable arch is thrown apart;
 * a contact that slides on the same way keeps half the shear stiffness of the cycle before in the matrix, down to the
   part `Options.sliding_stiffness`, and all of it again once it sticks or turns round: with none from the start the
   matrix is singular in the middle of a slide that would have stopped;
@@ -17,8 +17,8 @@ of L takes about ``L k_s / dP`` cycles. Six corrections, without which its verdi
   not (4.4.3: one corner on one edge does not hold a block that turns about it);
 * an equilibrium in which blocks balance on corners is not called stable.
 
-What it calls stable is in equilibrium and within strength. What it calls unstable may yet land somewhere: its blocks
-are thrown, not followed.
+A model that it calls stable is in equilibrium and within strength. One that it calls unstable may yet come to rest:
+its blocks are thrown, not followed.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class WangIteration(Continuation):
         return self._end(Status.NOT_CONVERGED, self._exhausted("cycles", residual, position), contacts, position)
 
     def _next(self, last: CycleMemory, contacts: ContactSet, at: Evaluation, slid: IntArray) -> CycleMemory:
-        """Return what is remembered of contacts after a cycle in which those of the keys `slid` (k,) have slid."""
+        """Return the memory of contacts after a cycle in which those of the keys `slid` (k,) have slid."""
         key, way = contacts.candidates.key, np.sign(at.shear)
         before = last.sorted().of(key)
         slides = np.isin(key, slid)

@@ -29,7 +29,7 @@ from bsm_mesh.solve.stages.as_built import in_stage
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LimitAnalysis:
-    """What the linear program says of the geometry as it is given.
+    """Answer of the linear program for the geometry as it is given.
 
     Blocks, edges and contacts have the numbers of the whole model.
 
@@ -177,7 +177,7 @@ def limit_tilt(model: Model, *, stage: str | None = None, clockwise: bool = Fals
     Parameters
     ----------
     model : Model
-        The input. Its loads keep their directions, a ground surface its place; what an earthquake adds to gravity
+        The input. Its loads keep their directions, a ground surface its place; an earthquake's part of gravity
         turns with it.
     stage : str, optional
         The stage in question, ``initial`` for the first; None: the last.
@@ -205,7 +205,7 @@ def limit_tilt(model: Model, *, stage: str | None = None, clockwise: bool = Fals
 
 
 def _with_gravity_turned(model: Model, angle: float) -> Model:
-    """Return a model whose gravity, with what an earthquake adds, is turned by an angle [degrees]."""
+    """Return a model whose gravity, with an earthquake's part, is turned by an angle [degrees]."""
     cosine, sine = unit_vector(angle)
     horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
     return model.replace(

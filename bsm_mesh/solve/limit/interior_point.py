@@ -44,7 +44,7 @@ ANSWERS = {
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Solution:
-    """What a linear program has for an answer.
+    """Answer of a linear program.
 
     Attributes
     ----------
@@ -206,7 +206,7 @@ def _polished(z: FloatArray, slack: FloatArray, columns: csr_array, balances: in
 def _error(z: FloatArray, columns: csr_array, balances: int) -> float:
     """Return by how much multipliers do not vanish in columns, or are negative where they must not be.
 
-    Over the greatest: where a bound was missed nothing vanishes but what is next to nothing.
+    Over the greatest: where a bound was missed only negligible numbers vanish.
     """
     size = float(np.abs(z).max(initial=0.0))
     if size == 0:

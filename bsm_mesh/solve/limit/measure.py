@@ -1,4 +1,4 @@
-"""By what the forces of a linear program are measured: loads of the blocks, from boulders to chips.
+"""Scales of the forces of a linear program: loads of the blocks, from boulders to chips.
 
 So every row, unknown and multiplier is of the order of 1, whatever the sizes of the blocks side by side.
 """
@@ -55,13 +55,13 @@ class Measured:
     Attributes
     ----------
     balance, bounded : (p, k), (r, k) float64
-        Equilibrium of what may move, moments as forces, and rows that bound the forces.
+        Equilibrium of the blocks that may move, moments as forces, and rows that bound the forces.
     bound : (r,) float64
         Their bounds.
     of_balance : (p,) float64 [m/N, 1/N]
-        What equilibrium was multiplied by.
+        Scale of the rows of equilibrium.
     of_force, of_bound : (k,), (r,) float64 [N/m]
-        By what the forces and the bounds are measured.
+        Scales of the forces and the bounds.
     """
 
     balance: csr_array

@@ -55,17 +55,17 @@ class Shortfall:
     Attributes
     ----------
     lacking : float
-        Over the load on the less loaded block of every contact; at least -1; infinite where no strength of what was
-        asked for helps.
+        Over the load on the less loaded block of every contact; at least -1; infinite where no strength of the
+        requested kind helps.
     forces : (k,) float64 [N/m]
-        The unknown forces with what is lacking; zero where nothing helps.
+        The unknown forces with the missing strength; zero where nothing helps.
     velocity, slip : (n, 3), (n_nodes,) float64
         As in `Optimum`.
     of_bounds : (r,) float64 [m/N]
         By how much less is lacking when a bound grows.
     least : float
-        What forces that balance would have to be at least, over all loads together: rounding takes up no more than what
-        is lacking otherwise.
+        Least size of forces that balance, over all loads together: rounding takes up no more than the missing strength
+        otherwise.
     """
 
     lacking: float
@@ -165,7 +165,7 @@ class LimitProgram:
         Parameters
         ----------
         loads : (n, 3) float64 [N/m, N/m, N]
-            What is to be balanced.
+            Loads to be balanced.
         bounded, bound : (r, k), (r,) float64 [-, N/m]
             As `bounds` returns them.
         yields : (r,) bool
@@ -201,7 +201,7 @@ class LimitProgram:
         return Measured.of(equilibrium, bounded, bound, of_balance, of_force)
 
     def _on_movable(self, values: FloatArray) -> FloatArray:
-        """Return values (n, 3) of what may move, (3 p,)."""
+        """Return values (n, 3) of the blocks that may move, (3 p,)."""
         return values[self.movable].reshape(-1)
 
     @property

@@ -43,7 +43,7 @@ def prove(model: Model, down: IntArray) -> Proof:
     Parameters
     ----------
     model : Model
-        What is there, without stages.
+        The present blocks, without stages.
     down : (k,) int32
         Blocks that fall.
     """

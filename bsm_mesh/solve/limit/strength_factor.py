@@ -203,7 +203,8 @@ class _Search:
     def _next(self, part: float, found: Shortfall) -> float:
         """Return the next part of the strength: Newton's from the one side or the other, and a little across.
 
-        From the side where forces fail first: what is lacking has a kink where they begin to, and is steeper there.
+        From the side where forces fail first: the missing strength has a kink where they begin to, and is steeper
+        there.
         """
         slope, across = self._slope(part, found), -ACCURACY / 3 if found.stands else ACCURACY / 3
         step = -found.lacking / slope if slope < 0 else math.nan
@@ -218,7 +219,7 @@ class _Search:
         return max(part / STRIDE, 1 / MOST) if found.stands else min(part * STRIDE, MOST)
 
     def _slope(self, part: float, found: Shortfall) -> float:
-        """Return the derivative of what is lacking: bounds are quadratic in the part, so that differences are exact."""
+        """Return the derivative of the missing strength; bounds are quadratic in the part, so differences are exact."""
         if not found.forces.any():
             return math.nan
         (rows, bound), (less, lower) = self._at(1.5 * part).bounds(), self._at(0.5 * part).bounds()

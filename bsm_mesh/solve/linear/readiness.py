@@ -1,6 +1,6 @@
 """Whether a model can be analysed: all that a run refuses is found here, before it and at once.
 
-`bsm_mesh.run` and ``bsm-mesh check`` ask the same question, so that what is checked as valid runs.
+`bsm_mesh.run` and ``bsm-mesh check`` ask the same question, so that a model that passes the check runs.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from bsm_mesh.solve.linear.system import LinearSystem
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ready:
-    """A model that can be analysed, and what was worked out to find that.
+    """A model that can be analysed, with the quantities computed for that check.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Ready:
     system : LinearSystem
         Its equations with these, which carry the forces of the in-situ field.
     notes : tuple of str
-        What a reader of the results should know, a sentence each.
+        Notes for a reader of the results, a sentence each.
     flow : FlowCoupling or None
         Its flow.
     """
@@ -58,7 +58,7 @@ def make_ready(model: Model, options: Options) -> Ready:
     ------
     ModelError
         With everything that forbids it: no load or no support, blocks that overlap, rigid rocks that meet without a
-        joint, supports that contradict each other, stiffness beyond what the scheme can hold, a linear solver that is
+        joint, supports that contradict each other, stiffness beyond the range of the scheme, a linear solver that is
         not there; a flow that is none; in the linear scheme parts that are free to move. The other schemes follow
         these: they are noted.
     """

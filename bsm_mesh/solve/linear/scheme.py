@@ -77,7 +77,7 @@ class LinearScheme:
 
     @property
     def state(self) -> LinearState:
-        """What it carries from stage to stage."""
+        """Its state from stage to stage."""
         return LinearState(
             normal_force=self.normal_force.copy(),
             shear_force=self.shear_force.copy(),

@@ -1,4 +1,4 @@
-"""What the linear scheme carries from stage to stage."""
+"""State of the linear scheme from stage to stage."""
 
 from __future__ import annotations
 

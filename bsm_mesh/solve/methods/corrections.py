@@ -15,7 +15,7 @@ ROUNDING = np.finfo(float).eps  # a residual of exactly zero would leave blocks 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionSettings:
-    """What a correction is.
+    """Form of a correction.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
 """Columns of contacts in cycles of explicit motion: constants of a window, and what changes in it.
 
-Contacts lie in chunks, within a chunk column by column: the compiler takes several contacts at once, and what a cycle
-reads comes in the order in which it lies in memory. What few models need has columns of its own, none elsewhere.
+Contacts lie in chunks, within a chunk column by column: the compiler takes several contacts at once, and a cycle reads
+in the order of memory. Properties that few models need have columns of their own, none elsewhere.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def column_of(chunks: ChunkArray, name: str, count: int) -> SingleArray:
 
 
 def chosen(chunks: ChunkArray, rows: IntArray) -> ChunkArray:
-    """Return some of the contacts, `rows` (k,), in chunks of their own; what is empty stays so."""
+    """Return some of the contacts, `rows` (k,), in chunks of their own; empty columns stay so."""
     if not len(chunks):
         return chunks
     part = np.zeros(-(-len(rows) // WIDTH), chunks.dtype)

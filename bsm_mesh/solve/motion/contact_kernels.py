@@ -1,8 +1,8 @@
 """Compiled contact forces of explicit motion: how they change in the moving geometry within a window of cycles.
 
 All forces are known in double precision at the window's reference position. Only their changes are worked out, from
-movements since by exact finite rotations. So constants of contacts may be in single precision, which halves what a
-cycle reads from memory: they give changes of forces to 1e-7 of these, and a block comes to rest as exactly as its
+movements since by exact finite rotations. So constants of contacts may be in single precision, which halves the
+memory that a cycle reads: they give changes of forces to 1e-7 of these, and a block comes to rest as exactly as its
 residual at the reference is known.
 
 A chunk of contacts goes through short loops. Those that every contact needs have no branch, so that the compiler takes
@@ -59,7 +59,7 @@ def add_contact_forces(
     block_a, block_b : (m,) uint32
         Blocks of the corner and of the edge.
     contacts : (c,) CONTACT
-        What a cycle leaves behind changes in place, as in the others.
+        Their state changes in place, as in the others.
     strengths, closures, slips, growths, works : (c,) STRENGTH, CLOSURE, SLIP, GROWTH, WORK or None
         Each empty where no contact needs it, the last None where no work is asked for.
     """
@@ -161,7 +161,7 @@ def _press(c: Any, t: Any) -> None:  # pragma: no cover - compiled
 
 @njit(nogil=True, forceinline=True)
 def _shear(c: Any, t: Any) -> None:  # pragma: no cover - compiled
-    """Set the shear force within the strength, and what is cut off; open contacts have none."""
+    """Set the shear force within the strength, and the rest cut off; open contacts have none."""
     for i in range(WIDTH):
         along, closed = t.along[i], t.closed[i]
         trial = c.carried[i] + c.shear_stiffness[i] * (along - c.along[i])

@@ -21,7 +21,7 @@ FLATTEST = np.float32(1e-2)  # least denominator of a hyperbola's change: the jo
 
 @njit(nogil=True, forceinline=True)
 def dilate(slip: Any, t: Any) -> None:  # pragma: no cover - compiled
-    """Open contacts by what they have slid so far."""
+    """Open contacts by their slip so far."""
     for i in range(WIDTH):
         t.gap[i] -= slip.dilation[i] * min(slip.slid[i], slip.room[i])
 

@@ -48,7 +48,7 @@ class MotionSettings:
     stiff : float
         The quantile of the others that does: the stiffest tenth becomes heavier than it is.
     heavier_bolts : float
-        Times the stiffness of bolts: what a chain and its turning add to the highest frequency.
+        Times the stiffness of bolts: for the part of a chain and its turning in the highest frequency.
     """
 
     damps_impacts: bool

@@ -28,7 +28,7 @@ class RealMasses(Masses):
     weighed : tuple of arrays
         The contacts, as `update` takes them.
     shaking : Shaking
-        What is given.
+        The shaking as given.
     stable : float [s]
         The largest time step that was stable so far.
     ends : QuietEnds, optional

@@ -83,7 +83,7 @@ def move_shaken(
     base : mass (n, 3), acceleration
         Masses along the movement of the base, and its acceleration in this cycle [m]: the forces contain it.
     shaken : drag (n, 3), work (n, 5)
-        Part of its velocity that a block loses in a cycle; what is added up, see `BASE` and the others.
+        Part of its velocity that a block loses in a cycle; the sums, see `BASE` and the others.
     ends, cycle : Ends or None, int
         Ends of quiet boundaries, and the number of the cycle in their input.
     room : (2, n, 3) float64

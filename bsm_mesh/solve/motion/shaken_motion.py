@@ -39,7 +39,7 @@ class ShakenMotion(ExplicitMotion):
     step : StepEquations
         The equations; their regularisation plays no part.
     shaking : Shaking
-        What is given.
+        The shaking as given.
     base : BaseMotion
         The movement of the base by it.
     memory : ShakingMemory
@@ -119,7 +119,7 @@ class ShakenMotion(ExplicitMotion):
     def _at_half(self, velocity: FloatArray, time_step: float, before: float | None = None) -> FloatArray:
         """Return the velocity half a time step [s] before now, from one half another (`before`) before: in cycles.
 
-        What the base gains in between is that of its record; other forces are those of now.
+        The base's change in between is that of its record; other forces are the present ones.
         """
         step = self._time_step
         before = step if before is None else before

@@ -87,7 +87,7 @@ def advance_window(
     shaken: tuple[FloatArray, FloatArray] | None = None,
     ends: tuple[Any, ...] | None = None,
 ) -> tuple[int, FloatArray, FloatArray]:
-    """Return how many cycles went by, by what they moved blocks, and their velocities, (n, 3) each.
+    """Return the number of cycles, the displacements of blocks in them, and their velocities, (n, 3) each.
 
     `share` changes in place; the rest as `kernels.advance` takes it, `ends` without its rows.
     """

@@ -1,4 +1,4 @@
-"""What a window of cycles takes from the contacts at its reference: which may close, and their columns."""
+"""Columns of a window of cycles from the contacts at its reference: which may close, and their columns."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def begin_work(c: Any, w: Any) -> None:  # pragma: no cover - compiled
 
 @njit(nogil=True, forceinline=True)
 def shear_with_dashpots(c: Any, w: Any, t: Any) -> None:  # pragma: no cover - compiled
-    """Set the shear force within the strength, and what is cut off; open contacts have none.
+    """Set the shear force within the strength, and the rest cut off; open contacts have none.
 
     A dashpot lies parallel to the spring, both in series with the slip: while it slips their sum is the strength. The
     force of the spring is stored, without the dashpot's part.

@@ -52,7 +52,7 @@ class Checkpoint:
     stage : StageProgress or None
         The stage under way; None between two.
     scheme : object
-        What the scheme carries: its `state`.
+        State of the scheme: its `state`.
     present : (n,) bool
         Which blocks are there.
     bar_forces : (n_bars,) float64 [N/m]

@@ -40,7 +40,7 @@ def falls_of(
 
 
 def after_falls(stage: StageResult, falls: tuple[Fall, ...], unit: str) -> StageResult:
-    """Return a stage with what was taken away in it, named, and its verdict; `unit` is that of the blocks' bulk."""
+    """Return a stage with the blocks taken away in it, named, and its verdict; `unit` is that of the blocks' bulk."""
     ignored = [fall for fall in falls if fall.ignored]
     others = [fall for fall in falls if not fall.ignored]
     status = Status.STABLE_AFTER_FALLS if stage.status is Status.STABLE and others else stage.status

@@ -47,7 +47,7 @@ class Scheme(Protocol):
 
     @property
     def state(self) -> object:
-        """What it carries from stage to stage, and from step to step while it solves one: a dataclass."""
+        """Its state from stage to stage, and from step to step within one: a dataclass."""
 
     def restore(self, state: Any) -> None:
         """Go back to a state of the same run; `solve` then continues where it was."""

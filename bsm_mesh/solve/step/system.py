@@ -28,7 +28,7 @@ History: TypeAlias = Any  # state variables of its contacts
 
 
 class System(ABC):
-    """A model in large displacement: what is constant in a run, and forces as functions of the position.
+    """A model in large displacement: constants of a run, and forces as functions of the position.
 
     A position has a row a block: the displacement of its centroid from the given geometry and its rotation, (n, 3) in
     the plane and (n, 6) in space; `axes` is the number of columns. Rounding is that of displacements; rounding of

@@ -1,4 +1,4 @@
-"""What the continuum cannot say of a model, and what it leaves out or treats in its own way."""
+"""Parts of a model that the continuum leaves out or treats in its own way."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def refuse(model: Model, joints: bool) -> None:
 
 
 def notes(model: Model, joints: bool, rock_breaks: bool) -> tuple[str, ...]:
-    """Return what the continuum leaves out of the model or treats in its own way, a sentence each."""
+    """Return the parts that the continuum leaves out of the model or treats in its own way, a sentence each."""
     found = []
     joint = face_joints(model, find_faces(model.blocks))
     count = int((joint >= 0).sum())

@@ -80,7 +80,7 @@ class BlockElasticity:
     stiffness : (n, 3, 3) float64 [Pa]
         From (e_xx, e_yy, 2 e_xy) to (sigma_xx, sigma_yy, sigma_xy).
     notes : tuple of str
-        What a reader should know of them, a sentence each.
+        Notes on them, a sentence each.
     """
 
     name: str

@@ -58,7 +58,7 @@ class EmbeddedBolts:
     rows : pair of sparse (bodies, N)
         Give the bodies' displacements in x and y.
     elastic : ElasticState or None
-        What the bolts carry in the linear scheme, where nothing gives way; None: they slip, slacken and yield.
+        Forces of the bolts in the linear scheme, where nothing gives way; None: they slip, slacken and yield.
     """
 
     bolts: InstalledBolts

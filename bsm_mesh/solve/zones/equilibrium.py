@@ -62,13 +62,13 @@ class Equations:
     stiffness : sparse (N, N)
         Of the rock that is there.
     load : (N,) float64 [N/m]
-        Weight, loads and water, less the initial stress's forces and what is held back of an excavation.
+        Weight, loads and water, less the initial stress's forces and the part of an excavation that is held back.
     free : FreeUnknowns
         The unknowns left by the supports.
     joints : JointPoints or None
         The joints.
     history : JointHistory or None
-        What they remember.
+        Their memory.
     bolts : EmbeddedBolts or None
         The bolts.
     plastic : PlasticRock or None

@@ -1,4 +1,4 @@
-"""What the ground brings along: in-situ stress in rock and joints, and the water's pressure in both.
+"""Initial state of the ground: in-situ stress in rock and joints, and the water's pressure in both.
 
 Rock that is full of water carries effective stress: the total stress and the water's pressure p. The water's whole load
 on it, pore pressure and pressure on its faces together, is then the force -grad p per volume, and nothing on the faces.
@@ -35,7 +35,7 @@ class PoreWater:
     at_joints : (q,) float64 [Pa]
         In the joints, at their points.
     beyond_table : (q,) float64 [Pa]
-        Of `at_joints` what a joint's own pressure exceeds the table's by.
+        Of `at_joints` the excess of a joint's own pressure over the table's.
     load : WaterLoad
         The table.
     """

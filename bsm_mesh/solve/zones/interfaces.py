@@ -1,6 +1,6 @@
 """Joints as interfaces of zero thickness between the continuum's cells (Goodman, Taylor & Brekke 1968).
 
-The cells on both sides of a joint have nodes of their own, at the same places; what the joint does to them is
+The cells on both sides of a joint have nodes of their own, at the same places; the joint's action on them is
 `joint_points`.
 
 References

@@ -1,4 +1,4 @@
-"""What the points of the continuum's joints remember, and their state at a displacement."""
+"""Memory of the points of the continuum's joints, and their state at a displacement."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bsm_mesh.contact.shear_springs import Springs
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JointHistory:
-    """What the points remember, and what acts on them besides the rock.
+    """Memory of the points, and actions on them besides the rock.
 
     Attributes
     ----------

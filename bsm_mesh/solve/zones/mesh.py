@@ -139,7 +139,7 @@ def build_continuum_mesh(blocks: Blocks, mesher: Mesher | None = None, *, triang
     Parameters
     ----------
     blocks : Blocks
-        What is to be filled.
+        The blocks to be filled.
     mesher : Mesher, optional
         Fills the outlines instead, with triangles of its own size.
     triangles : bool

@@ -51,7 +51,7 @@ class ContinuumSolution:
     seconds : float
         Wall time of the solution up to here.
     notes : tuple of str
-        What the continuum leaves out or treats in its own way, a sentence each.
+        Parts that the continuum leaves out or treats in its own way, a sentence each.
     """
 
     name: str

@@ -63,7 +63,7 @@ class StageEnd:
     load : float64 [N/m]
         Weights, loads and water on the unknowns of `Continuum.loaded`.
     held_back : (N,) float64 [N/m]
-        What is left of excavation forces.
+        Rest of excavation forces.
     acting : tuple of load
         Those that act.
     pressures : float64 [N/m]

@@ -337,7 +337,7 @@ class _Run:
         return loads + water
 
     def equations(self, present: BoolArray, loads: FloatArray) -> Equations:
-        """Return what has to be in balance in the rock that is there under loads, as `_loads` returns them."""
+        """Return the equations of equilibrium of the present rock under loads, as `_loads` returns them."""
         of, state = self.of, self.state
         history, on = state.history, present[of.mesh.block]
         load = of.merged(loads)

@@ -45,7 +45,7 @@ class HeldDisplacements:
     rows : sparse (m, N)
         Further constraints that take in many unknowns (x and y components): ``rows @ u = values``.
     values : (m,) float64 [m]
-        What they prescribe.
+        Their prescribed values.
     """
 
     turn: Any
@@ -110,7 +110,7 @@ def held_displacements(
 def support_rows(
     model: Model, mesh: ContinuumMesh, basis: Any, averages: tuple[Any, Any], present: BoolArray
 ) -> SupportRows:
-    """Return what the model's supports prescribe; parameters as for `held_displacements`.
+    """Return the displacements that the model's supports prescribe; parameters as for `held_displacements`.
 
     Raises
     ------

@@ -21,7 +21,7 @@ HINGED = "parts that touch at a single point are hinged there; hold them, or rem
 
 
 class FreeUnknowns:
-    """What is left of the unknowns once those that supports hold are struck out.
+    """The unknowns without those that supports hold.
 
     Parameters
     ----------

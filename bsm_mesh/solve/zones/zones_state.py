@@ -34,7 +34,7 @@ class ZonesState:
     fills: tuple[Fill, ...] = ()
 
     def held_back(self, part: float) -> FloatArray:
-        """Return the rest of excavation forces once a part is released; forget what is released whole."""
+        """Return the rest of excavation forces once a part is released; forget parts released whole."""
         self.unreleased = [(forces, max(released, part)) for forces, released in self.unreleased]
         self.unreleased = [(forces, released) for forces, released in self.unreleased if released < 1]
         return sum(((1 - released) * forces for forces, released in self.unreleased), np.zeros_like(self.u))

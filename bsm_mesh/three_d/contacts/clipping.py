@@ -1,7 +1,7 @@
 """Kernels of the search for contact polygons: boxes of blocks that are near, faces that face each other, clipping.
 
 Two faces are projected along the mean of their normals and clipped against each other (Sutherland & Hodgman 1974). A
-corner of what they share is a corner of one face over the other, or a crossing of two edges: each has its own normal.
+corner of the shared area is a corner of one face over the other, or a crossing of two edges: each has its own normal.
 """
 
 from __future__ import annotations

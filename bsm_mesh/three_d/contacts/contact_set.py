@@ -33,7 +33,7 @@ class Candidates:
     block_a, block_b : (m,) int32
         Block with the point, block with the face.
     length : (m,) float64 [m2]
-        Area that the point stands for; what a law takes as the length.
+        Area that the point stands for; a law's length.
     history : (m,) int64
         Row in the history if it was closed before; else -1.
     """

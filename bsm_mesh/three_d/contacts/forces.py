@@ -1,4 +1,4 @@
-"""Contact forces at a position by the exact laws, what an accepted step leaves of them, and their tangents."""
+"""Contact forces at a position by the exact laws, their rest after an accepted step, and their tangents."""
 
 from __future__ import annotations
 

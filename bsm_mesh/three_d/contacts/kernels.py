@@ -198,7 +198,7 @@ def _add_rows(
 def _add_arms(
     data: FloatArray, place: IntArray, force: FloatArray, arm_a: FloatArray
 ) -> None:  # pragma: no cover - compiled
-    """Add what the movement of the point changes of both moments; `force` (3, 3) is the matrix of `_set_spin`.
+    """Add the change of both moments by the movement of the point; `force` (3, 3) is the matrix of `_set_spin`.
 
     The arm from a turns with a; that from b changes by ``da + turn_a x arm_a - db``.
     """

@@ -42,7 +42,7 @@ class PolygonCatalogue(LawCatalogue):
     Parameters
     ----------
     model : Model
-        What is given; its blocks are polyhedra.
+        The model; its blocks are polyhedra.
     """
 
     def have_stiffness(self, points: PolygonPoints) -> BoolArray:

@@ -1,7 +1,7 @@
 """Renewal of contact polygons: clipped again where blocks have slid by a part of them, or have come to other faces.
 
 Within a polygon the lever arms of its forces are wrong by the slide since it was found; a part of its size is the
-accuracy. Shear forces, slip and what has failed go on in the new polygons of the same two blocks.
+accuracy. Shear forces, slip and failures continue in the new polygons of the same two blocks.
 """
 
 from __future__ import annotations

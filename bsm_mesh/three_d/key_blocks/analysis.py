@@ -38,7 +38,7 @@ class _Given:
 
 
 class RockModel(Protocol):
-    """What is taken of a `Model`."""
+    """Parts used of a `Model`."""
 
     @property
     def blocks(self) -> Any:
@@ -167,7 +167,7 @@ def _given(
     excavated: Sequence[str],
     free: Sequence[str],
 ) -> tuple[_Given, BoolArray]:
-    """Return what is given, checked, and which blocks are there."""
+    """Return the checked input, and which blocks are present."""
     if not isinstance(blocks, Polyhedra):
         raise ModelError("key blocks: the blocks must be bsm.Polyhedra(...); in the plane run the model")
     materials = Materials.checked(blocks, rocks, joints, default_joint)

@@ -66,7 +66,7 @@ class ConeAnalysis:
     lacking : float
         Strength that is lacking at every point, over the mean load of a block; at least -1.
     pressure : (m,) float64 [N]
-        Of the points, with what is lacking, compression positive.
+        Of the points, with the missing strength, compression positive.
     shear : (m, 3) float64 [N]
         Shear force on block_b.
     witness : Witness
@@ -168,7 +168,7 @@ class LimitAnalysis3D:
         return math.exp(brentq(lacking, low, high, xtol=ACCURACY))
 
     def witness(self, velocity: FloatArray, loads: FloatArray, strength: ConeStrength) -> Witness:
-        """Return what a mechanism proves for loads and strength, by NumPy alone."""
+        """Return the proof by a mechanism for loads and strength, by NumPy alone."""
         opening, slip = self.program.rates(velocity)
         speed = np.linalg.norm(slip, axis=1)
         bounded = np.isfinite(strength.intercept).any(axis=1)

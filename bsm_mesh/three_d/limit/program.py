@@ -113,7 +113,7 @@ class ConeProgram:
     def _strength(
         self, strength: ConeStrength, reference: float
     ) -> tuple[csc_array, FloatArray, list[object], FloatArray]:
-        """Return rows of strength, their right sides and cones, and the column of what every point lacks."""
+        """Return rows of strength, their right sides and cones, and the column of every point's missing strength."""
         rows, cols, values, right, lacking, cones = [], [], [], [], [], []
         count = 0
         for line in range(strength.slope.shape[1]):

@@ -1,1 +1,1 @@
-"""What is given with polyhedra: supports, what a model may hold, a part of the blocks, readiness for a run."""
+"""Input with polyhedra: supports, possible contents of a model, a part of the blocks, readiness for a run."""

@@ -1,4 +1,4 @@
-"""What a model of polyhedra may hold, and whether it can be run: what is refused, a sentence each, with its cure."""
+"""Possible contents of a model of polyhedra, and whether it can be run: refusals, a sentence each, with the cure."""
 
 from __future__ import annotations
 

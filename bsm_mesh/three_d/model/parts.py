@@ -1,4 +1,4 @@
-"""Some of the blocks as polyhedra of their own: what is there at a stage."""
+"""Some of the blocks as polyhedra of their own: those present at a stage."""
 
 from __future__ import annotations
 
