@@ -33,19 +33,6 @@ def barton(stress, jrc, jcs, phi):
     return stress * np.tan(np.radians(phi + jrc * np.log10(jcs / stress)))
 
 
-@pytest.mark.parametrize("length", [0.3, 1.0, 7.0])
-def test_peak_strength_is_bartons(length):
-    assert_allclose(ask_far(LAW, STRESS, length=length).strength, length * barton(STRESS, 8, 50e6, 28), rtol=1e-12)
-
-
-def test_scale_correction():
-    """Barton and Bandis 1982: JRC 8 and JCS 50 MPa of 0.1 m are 5.54 and 28.7 MPa over 1 m."""
-    law = replace(LAW, joint_length=1.0)
-    assert_allclose([law.roughness, law.wall_strength], [8 * 10**-0.16, 50e6 * 10**-0.24], rtol=1e-12)
-    assert_allclose(ask_far(law, STRESS).strength, barton(STRESS, 8 * 10**-0.16, 50e6 * 10**-0.24, 28), rtol=1e-12)
-    assert_allclose(law.peak_displacement, 1 / 500 * (8 * 10**-0.16) ** 0.33, rtol=1e-12)
-
-
 def test_the_angle_is_70_degrees_at_most_and_not_below_the_residual_one():
     low, high = np.array([1e-3, 1.0]), np.array([5e7, 1e9])
     assert_allclose(ask_far(LAW, low).strength, low * np.tan(np.radians(70)), rtol=1e-12)

@@ -42,29 +42,11 @@ def shear(E, mu):
     return E / (2 * (1 + mu))
 
 
-@pytest.mark.parametrize("degrees", [0, 31, 118])
-def test_two_rocks_in_series(degrees):
-    one, other = (
-        bsm.Rock("a", unit_weight=0, young=E1, poisson=MU1),
-        bsm.Rock("b", unit_weight=0, young=E2, poisson=MU2),
-    )
-    Kn = 1 / (1.5 / confined(E1, MU1) + 0.5 / confined(E2, MU2))  # Wang Eqs. 3.25, 3.26
-    Ks = 1 / (1.5 / shear(E1, MU1) + 0.5 / shear(E2, MU2))
-    assert_allclose(stiffness(two((one, other), degrees=degrees)), (Kn, Ks), rtol=RTOL)
-
-
 @pytest.mark.parametrize("choice", ["wang", "homogeneous", "triangle"])
 def test_one_rock_has_moduli_over_the_distance_of_the_centroids(choice):
     rock = bsm.Rock("a", unit_weight=0, young=E1, poisson=MU1, stiffness=choice)
     EN, ET = rock.contact_moduli
     assert_allclose(stiffness(two((rock, rock))), (EN / 2.0, ET / 2.0), rtol=RTOL)  # Wang Eq. 3.24
-
-
-def test_rock_joint_rock_in_series():
-    one, rigid = bsm.Rock("a", unit_weight=0, young=E1, poisson=MU1), bsm.Rock("b", unit_weight=0)
-    joint = bsm.Joint("J", 7e9, 2e9)
-    Kn, Ks = 1 / (1.5 / confined(E1, MU1) + 1 / 7e9), 1 / (1.5 / shear(E1, MU1) + 1 / 2e9)  # Wang Eq. 3.27
-    assert_allclose(stiffness(two((one, rigid), [joint], "J")), (Kn, Ks), rtol=RTOL)
 
 
 def test_rigid_rocks_leave_the_joint_alone():

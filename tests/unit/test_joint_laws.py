@@ -20,16 +20,6 @@ def respond(law, pressure, trial=FAR, length=1.0, failed=False):
     return law.respond(pressure, trial * full, length * full, np.full(len(pressure), failed))
 
 
-@pytest.mark.parametrize("length", [0.5, 2.0])
-def test_patton_bears_the_lower_of_lines_1_and_2(length):
-    law = Patton(friction=30, dilation=10, cohesion=0.5e6, residual_friction=25)
-    pressure = np.array([0.0, 1e3, 1e5, 1e6, 1e7, 1e8])
-    lower = np.minimum(pressure * tan(40), 0.5e6 * length + pressure * tan(25))
-    answer = respond(law, pressure, length=length)
-    assert_allclose(answer.strength, lower)
-    assert_allclose(answer.shear, lower)
-
-
 def test_patton_bears_line_3_once_sheared_off():
     law = Patton(friction=30, dilation=10, cohesion=0.5e6, residual_friction=25)
     pressure = np.array([1e3, 1e6, 1e8])

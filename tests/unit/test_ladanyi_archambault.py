@@ -28,24 +28,6 @@ def published(stress, phi, i, c):
     return (stress * (1 - a) * (dilation + tan) + a * rock) / (1 - (1 - a) * dilation * tan)
 
 
-@pytest.mark.parametrize("length", [0.4, 3.0])
-def test_strength_is_the_published_one(length):
-    stress = np.array([1e3, 1e5, 1e6, 1e7, 3.9e7])
-    assert_allclose(respond(LAW, stress, length=length).strength, length * published(stress, 30, 15, 40e6), rtol=1e-12)
-
-
-def test_limits():
-    """At no stress (Eq. 4.4), with the asperities that shear, 1.5 S / c; at high stress (Eq. 4.5)."""
-    rock = (np.sqrt(11) - 1) / 10
-    steep = np.tan(np.radians(15)) * np.tan(np.radians(30))
-    assert_allclose(
-        respond(LAW, np.array([1e-3])).by_pressure, np.tan(np.radians(45)) + 1.5 * rock / (1 - steep), rtol=1e-8
-    )
-    high = np.array([4e7, 4e8])
-    assert_allclose(respond(LAW, high).strength, 40e6 * rock * np.sqrt(1 + 10 * high / 40e6), rtol=1e-12)
-    assert_allclose(respond(LAW, high, failed=True).strength, high * np.tan(np.radians(30)), rtol=1e-12)
-
-
 @pytest.mark.parametrize("dilation", [0, 15, 50])
 def test_derivative_by_pressure(dilation):
     law = bsm.LadanyiArchambault(friction=30, dilation=dilation, jcs=40e6)

@@ -8,7 +8,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.model.materials import confined_modulus, shear_modulus
 
 RTOL = 1e-14  # a handful of operations
 
@@ -112,12 +111,6 @@ def test_numpy_numbers_become_plain_ones():
     assert type(rock.contact_moduli[0]) is float
 
 
-def test_elastic_moduli():
-    E, mu = 50e9, 0.25
-    assert_allclose(confined_modulus(E, mu), (1 - mu) * E / ((1 + mu) * (1 - 2 * mu)), rtol=RTOL)  # Wang Eq. 3.21
-    assert_allclose(shear_modulus(E, mu), E / (2 * (1 + mu)), rtol=RTOL)
-
-
 @pytest.mark.parametrize("mu", [0.0, 0.15, 0.25, 0.35, 0.49])
 def test_contact_moduli_of_the_named_choices(mu):
     E = 3e9
@@ -136,12 +129,6 @@ def test_rigid_without_young():
     assert bsm.Rock("r", unit_weight=0).is_rigid
     assert bsm.Rock("r", unit_weight=0, young=1e9, stiffness="rigid").is_rigid
     assert not bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2).is_rigid
-
-
-def test_filling_is_a_layer():
-    filling = bsm.Filling(thickness=0.02, young=1e8, poisson=0.3)
-    expected = confined_modulus(1e8, 0.3) / 0.02, shear_modulus(1e8, 0.3) / 0.02  # Wang Eq. 3.26
-    assert_allclose(bsm.Joint("J", filling=filling).contact_stiffness, expected, rtol=RTOL)
 
 
 def test_the_library_has_both_argillites_and_the_ranges_of_appendix_a():

@@ -28,12 +28,6 @@ def test_plane_failure_stands_up_to_the_books_factor(zw, printed):
     assert not stands(slope.model(slope.factor * (1 + MARGIN)))
 
 
-def test_a_brittle_joint_bears_less():
-    """Contacts reach their strength one after the other, and the first that slips leaves its load to the others."""
-    assert stands(hoek_and_bray(zw=3.0).model(1.129 * 0.99, residual_cohesion=0.0))
-    assert not stands(hoek_and_bray(zw=3.0).model(1.129 * 1.01, residual_cohesion=0.0))
-
-
 @pytest.mark.parametrize(
     ("peak", "left", "status"), [(1.01, None, "stable"), (0.99, None, "unstable"), (1.01, 0.5, "stable")]
 )

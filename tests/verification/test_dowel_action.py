@@ -25,47 +25,6 @@ def bolt(**keys):
     )
 
 
-def test_stiffness_is_that_of_a_beam_on_springs():
-    """Half a bolt of 1 m in 2000 beam elements on springs, moment-free at the joint; two halves in series."""
-    n, length = 2000, 1.0
-    h, bending = length / n, E * np.pi * D**4 / 64
-    element = (
-        bending
-        / h**3
-        * np.array(
-            [
-                [12, 6 * h, -12, 6 * h],
-                [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                [-12, -6 * h, 12, -6 * h],
-                [6 * h, 2 * h**2, -6 * h, 4 * h**2],
-            ]
-        )
-    )
-    from scipy.sparse import lil_array
-    from scipy.sparse.linalg import spsolve
-
-    K = lil_array((2 * n + 2, 2 * n + 2))
-    for e in range(n):
-        K[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] = K[2 * e : 2 * e + 4, 2 * e : 2 * e + 4].toarray() + element
-    tributary = np.full(n + 1, h)
-    tributary[[0, -1]] = h / 2
-    for k in range(n + 1):
-        K[2 * k, 2 * k] += BEARING * tributary[k]
-    load = np.zeros(2 * n + 2)
-    load[0] = 1.0
-    assert_allclose(bolt().dowel_stiffness, 1 / (2 * spsolve(K.tocsr(), load)[0]), rtol=1e-3)
-
-
-def test_strength_is_that_of_two_plastic_hinges():
-    """The lower bound over all depths of the hinge: work of bearing pressure and hinge for a unit displacement."""
-    bearing, steel = 60e6, 400e6
-    depth = np.linspace(1e-3, 0.5, 200_000)
-    moment = D**3 * steel / 6
-    least = (bearing * D * depth / 2 + moment / depth).min()  # the bolt turns about the hinge at that depth
-    found = bolt(bearing_strength=bearing, yield_strength=steel).dowel_strength
-    assert_allclose(found, least, rtol=1e-6)
-
-
 def pushed(load, options, spacing=1.0, **keys):
     """Return a block on a frictionless joint, pushed along it and held by a bolt across it alone."""
     blocks = bsm.Blocks.from_polygons([rectangle(-1, -1, 2, 0), rectangle(0, 0, 1, 1)], rock="rock")

@@ -1,9 +1,4 @@
-"""Limit analysis against published and closed-form limits: arches, blocks on inclines, columns, stacks.
-
-Semicircular arch of N equal straight-sided voussoirs, R = 1 m to the centre line, springings on fixed blocks, self
-weight: least thickness over radius by limit analysis, and least friction that stands. The continuous arch needs 0.1075
-(Milankovitch; Couplet-Heyman).
-"""
+"""Limit analysis: mechanisms, admissible forces, bolts; published limits are cases of the manual (masonry.py)."""
 
 import numpy as np
 import pytest
@@ -15,8 +10,6 @@ from tests.scenes.arch import arch
 from tests.scenes.large import sliding_layers
 from tests.scenes.shapes import rectangle, square
 
-THICKNESS = {8: 0.09997, 10: 0.10701, 12: 0.10486, 16: 0.10708, 20: 0.10735, 30: 0.10741, 32: 0.10720, 64: 0.10738}
-PRINTED = 1e-5  # the tables give five and four decimals
 LP = 1e-6  # relative: the linear program is solved to 1e-8 at least, and a few digits
 
 
@@ -29,19 +22,6 @@ def on_base(polygons, friction, cohesion=0.0, loads=(), base=(-5, -1, 15, 0)):
         supports=[bsm.Fixed(blocks=[0])],
         loads=loads,
     )
-
-
-@pytest.mark.parametrize("n", THICKNESS)
-def test_least_thickness_of_an_arch(n):
-    assert bsm.limit_analysis(arch(n, THICKNESS[n] + PRINTED)).admissible
-    assert not bsm.limit_analysis(arch(n, THICKNESS[n] - PRINTED)).admissible
-
-
-@pytest.mark.parametrize(("n", "thickness", "least"), [(20, 0.12, 0.3825), (30, 0.12, 0.3819), (30, 0.20, 0.3090)])
-def test_least_friction_of_an_arch(n, thickness, least):
-    above, below = (np.degrees(np.arctan(least + sign * 1e-4)) for sign in (1, -1))
-    assert bsm.limit_analysis(arch(n, thickness, above)).admissible
-    assert not bsm.limit_analysis(arch(n, thickness, below)).admissible
 
 
 def test_mechanism_of_a_thin_arch_has_four_hinges_and_sinks_at_the_crown():
@@ -78,30 +58,6 @@ def test_bolts_of_later_stages_do_not_count():
     assert_allclose(np.radians(limit_tilt(later)), tilt, rtol=1e-6)
     weight = 25e3
     assert_allclose(weight * np.sin(tilt), (weight * np.cos(tilt) + force) * np.tan(np.radians(friction)), rtol=1e-5)
-
-
-def test_cohesion_and_tension_bound_a_pull():
-    """A block glued to its base by tension of 20 kPa on 1 m, lifted at its centre: W + 20 kN."""
-    joint = bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=30, cohesion=5e3), tensile_strength=20e3)
-    model = on_base([square(0, 0)], 30).replace(joints=(joint,))
-    lift = [bsm.PointLoad(block=1, point=(0.5, 0.5), force=(0.0, 1e3))]
-    assert_allclose(bsm.limit_analysis(model, lift).factor, 25 + 20, rtol=LP)
-
-
-@pytest.mark.parametrize("n", [1, 2, 4])
-def test_a_column_topples_at_the_angle_of_its_diagonal(n):
-    column = [rectangle(0, 2 * k, 1, 2 * k + 2) for k in range(n)]
-    assert_allclose(limit_tilt(on_base(column, 80)), np.degrees(np.arctan(1 / (2 * n))), atol=1e-4)
-
-
-@pytest.mark.parametrize("n", [2, 3, 4])
-def test_harmonic_stack(n):
-    """Overhangs sum 1 / (2 k), k from the top; 0.99 of the shifts stand, 1.01 do not."""
-    for scale, stands in ((0.99, True), (1.01, False)):
-        shift = np.concatenate([[0], np.cumsum([scale / (2 * k) for k in range(n, 0, -1)])])[: n + 1]
-        blocks = [rectangle(shift[k] - 1, 0.5 * k, shift[k], 0.5 * k + 0.5) for k in range(n + 1)]
-        model = on_base(blocks[1:], 45, base=(-1.0, 0.0, 0.0, 0.5))
-        assert bsm.limit_analysis(model).admissible is stands
 
 
 def test_forces_returned_are_in_equilibrium_and_within_strength():
