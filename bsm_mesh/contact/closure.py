@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.feature import Feature
 from bsm_mesh.model.joint_laws import closure
-from bsm_mesh.model.joint_laws.some_contacts import SomeContacts
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Hyperbolic(SomeContacts):
+class Hyperbolic(Feature):
     """The contacts that close by a hyperbola.
 
     Attributes
@@ -52,15 +52,7 @@ class Hyperbolic(SomeContacts):
     def pressures(
         self, overlap: FloatArray, pressure: FloatArray, stiffness: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return pressures and their derivatives (m,) by the hyperbola where it holds, and as given elsewhere.
-
-        Parameters
-        ----------
-        overlap : (m,) float64 [m]
-            How far contacts are closed.
-        pressure, stiffness : (m,) float64 [N/m], [N/m2]
-            By their springs without stress; contacts that are open have no pressure, and keep it so.
-        """
+        """Return pressures and their derivatives (m,) by the hyperbola where it holds, and as given elsewhere."""
         if not len(self.rows):
             return pressure, stiffness
         pressure, stiffness, rows = pressure.copy(), stiffness.copy(), self.rows
@@ -69,6 +61,13 @@ class Hyperbolic(SomeContacts):
         pressure[rows] = np.where(bears, found, pressure[rows])
         stiffness[rows] = np.where(bears, derivative, stiffness[rows])
         return pressure, stiffness
+
+    def energies(self, energy: FloatArray, pressure: FloatArray) -> FloatArray:
+        """Return the energies of the normal springs (m,) [N], by the hyperbola where it holds."""
+        if len(self.rows):
+            given = self.stiffness, self.limit, self.compliance
+            energy[self.rows] = closure.energy_at(pressure[self.rows], *given)
+        return energy
 
     def overlaps(self, pressure: FloatArray, stiffness: FloatArray) -> FloatArray:
         """Return how far contacts are closed under pressures (m,) [m], by their springs (m,) or the hyperbola."""

@@ -7,15 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.closure import Hyperbolic
-from bsm_mesh.contact.dilation import Dilating
+from bsm_mesh.contact.features import features_of
 from bsm_mesh.contact.force_kernels import given_geometry
 from bsm_mesh.contact.forces import ContactSet, rows_by_law
 from bsm_mesh.contact.history import History
 from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
-from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.contact.state import plainly_remembered, remembered
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
@@ -51,6 +49,7 @@ def gather_contacts(
     offset = remembered(history.offset, source, _offsets(found, fresh, meeting, near, (not first) * band, recalled))
     failed, mated = _since_the_start(history, source, properties.joint, first)
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)  # in situ, with a large gap too
+    normal_stiffness = properties.normal_stiffness * found.length
     shear_stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
@@ -60,7 +59,7 @@ def gather_contacts(
         joint=properties.joint,
         law=properties.law,
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
-        normal_stiffness=properties.normal_stiffness * found.length,
+        normal_stiffness=normal_stiffness,
         **_tensions(properties, found.length, known | within_tolerance, failed, mated),
         offset=offset,
         old_shear=remembered(history.shear, source, np.zeros(found.count)),
@@ -74,10 +73,8 @@ def gather_contacts(
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
-        hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
-        dilating=_dilating(catalogue, properties, mated),
         shear_stiffness=shear_stiffness,
-        growing=Growing.among(*catalogue.shear_curve_of(properties.joint), found.length, shear_stiffness),
+        features=features_of(catalogue, properties.joint, found.length, (normal_stiffness, shear_stiffness), mated),
         by_law=rows_by_law(properties.law),
     )
 
@@ -103,21 +100,6 @@ def _tensions(
     residual = np.where(mated, properties.residual_tension * length, 0.0)
     tension = np.where(bears, np.where(failed, residual, properties.tension * length), 0.0)
     return {"tension": tension, "residual_tension": residual}
-
-
-def _hyperbolic(
-    catalogue: JointCatalogue, properties: ContactProperties, length: FloatArray, mated: BoolArray
-) -> Hyperbolic:
-    """Return the mated contacts (m,), of lengths (m,) [m], whose joints have a closure limit."""
-    limit, stiffness = catalogue.closure_of(properties.joint)
-    limit = np.where(mated, limit, np.inf) if len(limit) else limit
-    return Hyperbolic.among(limit, stiffness, length, properties.normal_stiffness * length)
-
-
-def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: BoolArray) -> Dilating:
-    """Return the mated contacts (m,) whose joints open as they slide."""
-    slope, last = catalogue.dilation_of(properties.joint)
-    return Dilating.among(np.where(mated, slope, 0.0) if len(slope) else slope, last)
 
 
 def _keeping_lengths(history: History, found: Candidates, *, always: bool) -> Candidates:

@@ -10,25 +10,20 @@ the strength is at least ``P tan(dilation angle)``, which `bsm_mesh.model.materi
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.model.joint_laws.some_contacts import SomeContacts
+from bsm_mesh.contact.feature import Curve, Feature, Movement, Springs, Tangent
 
 ITERATIONS = 60  # of Newton's method, halved where that leads out of the interval: then of bisection alone
 EXACT = 1e-14  # of the slip if nothing held: where it is found
 
-Strength = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Strength and its derivative at pressures, (h,) each."""
-Pressures = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Pressures and their derivatives at overlaps, (h,) each; below 0 in tension."""
-
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Dilating(SomeContacts):
+class Dilating(Feature):
     """The contacts that open as they slide.
 
     Attributes
@@ -66,6 +61,54 @@ class Dilating(SomeContacts):
         left: FloatArray = np.maximum(self.last - slip_path[self.rows], 0.0)
         return left
 
+    def slips(
+        self, slip: FloatArray, offset: FloatArray, springs: Springs, at: Movement
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the slip of these in the step, (h,) [m], and all offsets (m,) [m] opened by it."""
+        rows = self.rows
+        if not len(rows):
+            return slip, offset
+        moved = at.moved(rows)
+        trial = np.where(np.isnan(moved), 0.0, springs.old_shear[rows] + springs.stiffness[rows] * moved)
+        overlap, room = at.overlap(rows), self.room(at.contacts.slip_path)
+        # Slip presses, and so gives strength: what sticks without it sticks.
+        pressure, _ = at.pressures(rows)(overlap)
+        slides = np.flatnonzero(np.abs(trial) > at.strength(rows)(np.maximum(pressure, 0.0))[0])
+        k, slip = rows[slides], np.zeros(len(rows))
+        given = overlap[slides], trial[slides], springs.stiffness[k], self.slope[slides], room[slides]
+        slip[slides] = slip_of_step(*given, at.pressures(k), at.strength(k))
+        offset = offset.copy()
+        offset[rows] += self.slope * np.minimum(slip, room)
+        return slip, offset
+
+    def tangent(self, given: Tangent, at: Any, slip_path: FloatArray) -> Tangent:
+        """Return the derivatives (m,) where contacts open as they slide, and that of the pressure.
+
+        With the slope t of opening, the strength's slope m and the springs k and s a slipping contact's pressure
+        changes by ``k / (1 + t m k / s) (-d gap + t d along)`` where it slides along, and its shear by m times that.
+        Where s grows with the closure c at which the contact would stick, so does the trial shear T:
+        ``t / s (dT/dc - slip ds/dc)`` comes to the factor 1 of -d gap.
+        """
+        if not len(at.slip):
+            return given
+        normal, by_gap, shear = (values.copy() for values in given[:3])
+        by_along = np.zeros(len(normal))
+        slides = (at.slip > 0) & (at.slip < self.room(slip_path))
+        slides &= (at.closed & ~at.sticking)[self.rows]
+        k, t = self.rows[slides], self.slope[slides]
+        by_pressure, springs = at.dshear_dpressure[k], at.springs
+        softer = 1 / (1 + t * np.abs(by_pressure) * at.normal_stiffness[k] / springs.stiffness[k])
+        normal[k] *= softer
+        by_gap[k] *= softer
+        by_along[k] = np.copysign(t, at.shear[k]) * normal[k]
+        if len(springs.by_closure):
+            way, slip = np.sign(at.shear[k]), at.slip[slides]
+            more = 1 + t / springs.stiffness[k] * (way * springs.trial_by_closure[k] - slip * springs.by_closure[k])
+            normal[k] *= more
+            by_gap[k] *= more
+        shear[k] += by_pressure * by_along[k]
+        return Tangent(normal, by_gap, shear, by_along)
+
 
 def slip_of_step(
     overlap: FloatArray,
@@ -73,8 +116,8 @@ def slip_of_step(
     shear_stiffness: FloatArray,
     slope: FloatArray,
     room: FloatArray,
-    pressures: Pressures,
-    strength: Strength,
+    pressures: Curve,
+    strength: Curve,
 ) -> FloatArray:
     """Return the slip (h,) [m] of contacts in a step, not negative.
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.closure import Hyperbolic
-from bsm_mesh.contact.dilation import Dilating, Pressures, Strength, slip_of_step
+from bsm_mesh.contact.feature import Curve, Movement, Springs
+from bsm_mesh.contact.features import Features
 from bsm_mesh.contact.force_kernels import (
     add_moving_forces,
     pressures_and_trial_shears,
@@ -19,7 +20,6 @@ from bsm_mesh.contact.force_kernels import (
 )
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
-from bsm_mesh.contact.shear_springs import Growing, Springs
 from bsm_mesh.contact.state import ContactState
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of, signed
@@ -51,9 +51,7 @@ class ContactSet(ContactState):
     opposing: IntArray  # (k,) corner-corner candidates that have an opposing one
     entering: IntArray  # (l,) candidates whose corner has an edge that enters the other block
     entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
-    hyperbolic: Hyperbolic
-    dilating: Dilating
-    growing: Growing
+    features: Features
     by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law in use, and its rows
 
     @property
@@ -66,6 +64,11 @@ class ContactSet(ContactState):
         blocks = self.candidates.block_a, self.candidates.block_b
         found: tuple[FloatArray, ...] = relative_positions(position, *blocks, self.geometry)
         return found
+
+    def after_slip(self, further: FloatArray) -> dict[str, FloatArray]:
+        """Return the state variables that slip changes, after a further slip (m,) [m]: it may open contacts."""
+        changed = ContactState.after_slip(self, further)
+        return changed | {"offset": self.features.opened(self.offset, self.slip_path, changed["slip_path"])}
 
     def frames(self, position: FloatArray) -> tuple[FloatArray, ...]:
         """Return edge direction and both arms to the corner, (m, 2) each."""
@@ -124,8 +127,12 @@ def evaluate(
     """Return the contact forces on the blocks at a position (n, 3) and their derivatives."""
     c = contacts.candidates
     gap, tangential, *frames = contacts.relative_positions(position)
-    springs = _springs(contacts, gap, tangential)
-    slip, offset = _slip_and_offset(contacts, laws, gap, tangential, springs)
+    slip, offset = gap[:0], contacts.offset
+    springs = Springs(contacts.shear_stiffness, contacts.old_shear, gap[:0], gap[:0])
+    here = Movement(contacts, gap, tangential, partial(_pressures_of, contacts), partial(_strength_of, contacts, laws))
+    for feature in contacts.features:
+        springs = feature.springs(springs, here)
+        slip, offset = feature.slips(slip, offset, springs, here)
     pressure, trial, closed, _ = pressures_and_trial_shears(
         gap,
         tangential,
@@ -141,8 +148,7 @@ def evaluate(
     if len(contacts.opposing) or len(contacts.entering):
         closed &= resolve_corner_corner(contacts, position, gap, frames[0], closed)
         pressure[~closed] = 0.0
-    overlap = offset - gap if len(contacts.hyperbolic.rows) else gap
-    pressure, stiffness = contacts.hyperbolic.pressures(overlap, pressure, contacts.normal_stiffness)
+    pressure, stiffness = contacts.features.pressures(offset - gap, pressure, contacts.normal_stiffness)
     answer = respond(contacts, laws, pressure, trial, closed)
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, *frames, pressure, answer.shear, forces)
@@ -164,56 +170,15 @@ def evaluate(
     )
 
 
-def _springs(contacts: ContactSet, gap: FloatArray, tangential: FloatArray) -> Springs:
-    """Return the shear springs at gaps and coordinates along the edge (m,) [m]."""
-    given, rows = (contacts.shear_stiffness, contacts.old_shear), contacts.growing.rows
-    if not len(rows):
-        return Springs(*given, gap[:0], gap[:0])
-    pressed = _pressures_of(contacts, rows)(contacts.offset[rows] - gap[rows])
-    moved = tangential - contacts.old_tangential
-    return contacts.growing.springs(given, moved, contacts.old_pressure, *pressed)
-
-
-def _slip_and_offset(
-    contacts: ContactSet, laws: tuple[JointLaw, ...], gap: FloatArray, tangential: FloatArray, springs: Springs
-) -> tuple[FloatArray, FloatArray]:
-    """Return the slip of dilating contacts (h,) [m] at gaps and coordinates along the edge (m,) [m], and all offsets.
-
-    Offsets (m,) [m] are the gaps at zero pressure, opened by that slip.
-    """
-    dilating, rows = contacts.dilating, contacts.dilating.rows
-    if not len(rows):
-        return gap[:0], contacts.offset
-    moved = tangential[rows] - contacts.old_tangential[rows]
-    trial = np.where(np.isnan(moved), 0.0, springs.old_shear[rows] + springs.stiffness[rows] * moved)
-    overlap, room = contacts.offset[rows] - gap[rows], dilating.room(contacts.slip_path)
-    # Slip presses, and so gives strength: what sticks without it sticks.
-    pressure, _ = _pressures_of(contacts, rows)(overlap)
-    slides = np.flatnonzero(np.abs(trial) > _strength_of(contacts, laws, rows)(np.maximum(pressure, 0.0))[0])
-    k, slip = rows[slides], np.zeros(len(rows))
-    slip[slides] = slip_of_step(
-        overlap[slides],
-        trial[slides],
-        springs.stiffness[k],
-        dilating.slope[slides],
-        room[slides],
-        _pressures_of(contacts, k),
-        _strength_of(contacts, laws, k),
-    )
-    offset = contacts.offset.copy()
-    offset[rows] += dilating.slope * np.minimum(slip, room)
-    return slip, offset
-
-
-def _pressures_of(contacts: ContactSet, rows: IntArray) -> Pressures:
+def _pressures_of(contacts: ContactSet, rows: IntArray) -> Curve:
     """Return what gives the pressures of some rows (k,) at overlaps, and their derivatives."""
     number = np.full(contacts.count, -1)
     number[rows] = np.arange(len(rows))
-    hyperbolic, stiffness = contacts.hyperbolic.of(number), contacts.normal_stiffness[rows]
-    return lambda overlap: hyperbolic.pressures(overlap, stiffness * overlap, stiffness)
+    features, stiffness = contacts.features.of(number), contacts.normal_stiffness[rows]
+    return lambda overlap: features.pressures(overlap, stiffness * overlap, stiffness)
 
 
-def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray) -> Strength:
+def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray) -> Curve:
     """Return what gives the strength of some rows (k,) at pressures, and its derivative, as slipping contacts have."""
     length = contacts.candidates.length[rows]
     parts = rows_by_law(contacts.law[rows])

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.feature import Springs
 from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ActiveContacts
-from bsm_mesh.contact.shear_springs import Springs
 from bsm_mesh.contact.state import STATE, ContactState, state_of
 
 
@@ -69,7 +69,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
     state = state_of(contacts, kept) | {name: values[kept] for name, values in _after_step(contacts, at).items()}
     offset = np.where(_still_overlapping(contacts, at)[kept], at.gap[kept], state["offset"])
-    state["offset"] = np.where(is_open, _offset_once_open(contacts)[kept], offset)
+    state["offset"] = np.where(is_open, offset_once_open(contacts)[kept], offset)
     history = History(
         active=_active(contacts, at, position, kept, is_open),
         shear=at.shear[kept],
@@ -101,9 +101,7 @@ def further_slip(
 def _after_step(contacts: ContactSet, at: Evaluation) -> dict[str, Any]:
     """Return the state variables that an accepted step changes, (m,) each."""
     slid = further_slip(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
-    changed = contacts.after_slip(slid)
-    offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, changed["slip_path"])
-    return changed | {"offset": offset, "failed": at.failed}
+    return contacts.after_slip(slid) | {"failed": at.failed}
 
 
 def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
@@ -129,7 +127,7 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
         memory[name][stay] = getattr(before, name)[source]
     memory["failed"][stay] |= again.joint[stay] != before.joint[source]
     # What slip opened in the provisional step it has not yet.
-    offset = again.dilating.opened(again.offset, again.slip_path, memory["slip_path"])
+    offset = again.features.opened(again.offset, again.slip_path, memory["slip_path"])
     return replace(again, offset=offset, **memory)
 
 
@@ -142,18 +140,18 @@ def _kept(contacts: ContactSet, at: Evaluation, size: float) -> tuple[IntArray, 
     broken = (contacts.tension > 0) & ~at.closed
     idle = contacts.within_tolerance & ~at.failed & (at.gap <= RULES.rounding * size) & ~broken
     lasting = at.closed | idle | _still_overlapping(contacts, at)
-    offset = _offset_once_open(contacts)
+    offset = offset_once_open(contacts)
     beside = (offset > 0) & (at.gap <= offset + CONTACT_TOLERANCE * size)
     kept = np.flatnonzero(lasting | beside)
     return kept, ~lasting[kept]
 
 
-def _offset_once_open(contacts: ContactSet) -> FloatArray:
+def offset_once_open(contacts: ContactSet) -> FloatArray:
     """Return the gaps at which contacts would close again had they opened, (m,) [m]: without dilation, which is lost.
 
     Only stress in situ, and filled blocks, leave any above 0.
     """
-    return contacts.dilating.opened(contacts.offset, contacts.slip_path, np.zeros(contacts.count))
+    return contacts.features.opened(contacts.offset, contacts.slip_path, np.zeros(contacts.count))
 
 
 def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:

@@ -3,36 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.feature import Feature, Movement, Springs
 from bsm_mesh.model.joint_laws.shear_stiffness import stiffness_at
-from bsm_mesh.model.joint_laws.some_contacts import SomeContacts
-
-
-class Springs(NamedTuple):
-    """Shear springs of all contacts within a step.
-
-    Attributes
-    ----------
-    stiffness : (m,) float64 [N/m2]
-        At the pressures before slip in the step opens a joint.
-    old_shear : (m,) float64 [N/m]
-        Remaining shear forces of the last accepted step.
-    by_closure, trial_by_closure : (m,) float64 [N/m3], [N/m2]
-        Derivatives of stiffness and trial shear by the closure; empty where no stiffness grows.
-    """
-
-    stiffness: FloatArray
-    old_shear: FloatArray
-    by_closure: FloatArray
-    trial_by_closure: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Growing(SomeContacts):
+class Growing(Feature):
     """The contacts whose shear stiffness grows with pressure.
 
     Attributes
@@ -75,7 +55,15 @@ class Growing(SomeContacts):
         series = 1 / (self.compliance + 1 / own)
         return series, slope * (series / own) ** 2
 
-    def springs(
+    def springs(self, given: Springs, at: Movement) -> Springs:
+        """Return the springs of all contacts at the pressures before slip in the step."""
+        if not len(self.rows):
+            return given
+        contacts = at.contacts
+        pressed = at.pressures(self.rows)(at.overlap(self.rows))
+        return self.springs_at(given[:2], at.along - contacts.old_tangential, contacts.old_pressure, *pressed)
+
+    def springs_at(
         self,
         given: tuple[FloatArray, FloatArray],
         moved: FloatArray,

@@ -35,7 +35,7 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
     at = evaluate(set_up, catalogue.laws, position)
     point = outlines.placed(position)[set_up.candidates.block_a, :2] + set_up.frames(position)[1]
     pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
-    pressure, _ = set_up.hyperbolic.pressures(set_up.offset - at.gap, pressure, set_up.normal_stiffness)
+    pressure, _ = set_up.features.pressures(set_up.offset - at.gap, pressure, set_up.normal_stiffness)
     within_tolerance = set_up.within_tolerance
     peak = np.where(at.closed, at.strength, np.inf)  # tension beyond the strength is reported as such
     rows = (point, pressure, set_up.old_shear, peak, set_up.tension)
@@ -117,7 +117,7 @@ def _history(
     """Return the history of some contacts with given forces, (m,) each, at the current position."""
     c = found.candidates
     tangent, arm_a = (vectors[kept] for vectors in found.frames(at.position)[:2])
-    offset = at.gap + found.hyperbolic.overlaps(-normal, found.normal_stiffness)  # to the last digit no residual
+    offset = at.gap + found.features.closure.overlaps(-normal, found.normal_stiffness)  # to the last digit no residual
     return History(
         active=ActiveContacts(
             pair=c.pair[kept],

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.feature import Tangent
 from bsm_mesh.contact.force_kernels import fill_tangent
 from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
@@ -28,42 +29,13 @@ def tangent_stiffness(
     by_gap = -at.dshear_dpressure * at.normal_stiffness * at.closed
     if len(at.springs.trial_by_closure):
         by_gap -= np.where(at.closed & at.sticking, at.springs.trial_by_closure, 0.0)
+    found = Tangent(normal, by_gap, shear, at.gap[:0])
+    for feature in contacts.features:
+        found = feature.tangent(found, at, contacts.slip_path)
+    *by, by_along = found
     frames = contacts.frames(at.position)
-    by_along = at.gap[:0]
-    if len(at.slip):
-        normal, by_gap, shear, by_along = _opening(contacts, at, normal, by_gap, shear)
-    data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear, by_along)
+    data: FloatArray = fill_tangent(places, n_places, *frames, *by, at.pressure, at.shear, by_along)
     return data
-
-
-def _opening(
-    contacts: ContactSet, at: Evaluation, normal: FloatArray, by_gap: FloatArray, shear: FloatArray
-) -> tuple[FloatArray, ...]:
-    """Return the derivatives (m,) of `fill_tangent` where contacts open as they slide, and that of the pressure.
-
-    With the slope t of opening, the strength's slope m and the springs k and s a slipping contact's pressure changes by
-    ``k / (1 + t m k / s) (-d gap + t d along)`` where it slides along, and its shear by m times that. Where s grows
-    with the closure c at which the contact would stick, so does the trial shear T: ``t / s (dT/dc - slip ds/dc)`` comes
-    to the factor 1 of -d gap.
-    """
-    dilating, normal, by_gap, shear = contacts.dilating, normal.copy(), by_gap.copy(), shear.copy()
-    by_along = np.zeros(contacts.count)
-    slides = (at.slip > 0) & (at.slip < dilating.room(contacts.slip_path))
-    slides &= (at.closed & ~at.sticking)[dilating.rows]
-    k, t = dilating.rows[slides], dilating.slope[slides]
-    by_pressure = at.dshear_dpressure[k]
-    springs = at.springs
-    softer = 1 / (1 + t * np.abs(by_pressure) * at.normal_stiffness[k] / springs.stiffness[k])
-    normal[k] *= softer
-    by_gap[k] *= softer
-    by_along[k] = np.copysign(t, at.shear[k]) * normal[k]
-    if len(springs.by_closure):
-        way, slip = np.sign(at.shear[k]), at.slip[slides]
-        more = 1 + t / springs.stiffness[k] * (way * springs.trial_by_closure[k] - slip * springs.by_closure[k])
-        normal[k] *= more
-        by_gap[k] *= more
-    shear[k] += by_pressure * by_along[k]
-    return normal, by_gap, shear, by_along
 
 
 def first_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:

@@ -130,10 +130,10 @@ def _tested(joint: Joint, path: FloatArray, stress: FloatArray, normal_stiffness
     for shear, normal in zip(path.tolist(), stress.tolist(), strict=True):
         contacts = specimen.contacts(at)
         pressure = normal * contacts.candidates.length
-        closure = contacts.hyperbolic.overlaps(pressure, contacts.normal_stiffness) - contacts.offset
+        closure = contacts.features.closure.overlaps(pressure, contacts.normal_stiffness) - contacts.offset
         opening = -float(closure[contacts.within_tolerance].mean())
         first = opening if first is None else first
-        if len(contacts.dilating.rows):
+        if len(contacts.features.dilating.rows):
             opening = _opening(specimen, contacts, shear, first, normal, normal_stiffness)
         at = position_of(shear, opening)
         found = specimen.system.evaluate(contacts, at)
@@ -154,7 +154,7 @@ def _opening(
     There the stress is `normal` [Pa], and the opening since the `first` position [m] adds to it. Slip only opens,
     so that the stress at the first position is as much or more; where even slip to the end leaves a gap there is none.
     """
-    opens = contacts.dilating.slope.max() * 2 * abs(shear)
+    opens = contacts.features.dilating.slope.max() * 2 * abs(shear)
     last = float(contacts.offset.max()) + opens + abs(first) + 1e-9
 
     def excess(opening: float) -> float:

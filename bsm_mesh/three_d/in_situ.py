@@ -38,7 +38,7 @@ def in_situ_history(model: Model) -> tuple[PointHistory, tuple[str, ...]]:
         shear=shear,
         place=place,
         first_place=place,
-        offset=found.gaps(place) + found.hyperbolic.overlaps(pressure, found.normal_stiffness),
+        offset=found.gaps(place) + found.features.closure.overlaps(pressure, found.normal_stiffness),
         failed=found.failed,
         mated=found.mated,
         slip_path=found.slip_path,

@@ -110,12 +110,12 @@ def test_contacts_that_arise_later_do_not_close_by_the_hyperbola():
     """Their walls no longer fit together; and one that is found deep in another would be thrown out."""
     specimen = Specimen(JOINT)
     first = specimen.contacts(position_of(0.0, -1e-5))
-    assert first.mated[first.hyperbolic.rows].all()
-    assert len(first.hyperbolic.rows) >= 2
+    assert first.mated[first.features.closure.rows].all()
+    assert len(first.features.closure.rows) >= 2
     specimen.keep(first, specimen.system.evaluate(first, position_of(0.0, -1e-5)))
-    assert len(specimen.contacts(position_of(0.0, -1e-5)).hyperbolic.rows) == len(specimen.history.mated)
+    assert len(specimen.contacts(position_of(0.0, -1e-5)).features.closure.rows) == len(specimen.history.mated)
     specimen.history = History.none()  # what opened has no history
-    assert not len(specimen.contacts(position_of(0.0, -1e-5)).hyperbolic.rows)
+    assert not len(specimen.contacts(position_of(0.0, -1e-5)).features.closure.rows)
 
 
 def test_a_filling_has_no_closure_limit():

@@ -139,7 +139,7 @@ def test_a_model_without_dilation_asks_for_nothing():
     step = begun(model_of([rectangle(-2, -1, 2, 0), rectangle(-1, 0, 1, 1)]))
     at = evaluate(step.contacts, step.system.catalogue.laws, step.start)
     assert not len(at.slip)
-    assert not len(step.contacts.dilating.rows)
+    assert not len(step.contacts.features.dilating.rows)
 
 
 def test_strength_reduction_divides_its_tangent_too():

@@ -221,7 +221,7 @@ def test_shear_stiffness_in_cycles_is_that_of_the_contacts(young, keys):
     rock = replace(model.rocks[0], young=young, poisson=None if young is None else 0.2)
     joint = replace(model.joints[0], law=law, reference_stress=1e4, **keys)
     motion = ExplicitMotion(begun(model.replace(rocks=[rock], joints=[joint])), INELASTIC)
-    contacts, growing = motion.contacts, motion.contacts.growing
+    contacts, growing = motion.contacts, motion.contacts.features.growing
     growths = share_of(contacts, motion.residual.at, motion.system.catalogue, motion._rows, motion._columns).growths
     growths["stiffest"] = 1e30
     chunk, place = divmod(int(np.searchsorted(motion._rows, growing.rows[0])), WIDTH)

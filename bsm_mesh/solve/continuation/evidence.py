@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.forces import ContactSet
+from bsm_mesh.contact.history import offset_once_open
 from bsm_mesh.contact.tangents import elastic_contacts
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.results.evidence import STRENGTH_STATE, Evidence, bar_rows, law_table
@@ -54,7 +55,5 @@ def rows_of(system: System, motion: Motion, kept: IntArray) -> dict[str, Any]:
 
 def _dilation_of(table: ContactSet) -> tuple[FloatArray, FloatArray]:
     """Return the gaps (m,) [m] below which contacts carry pressure, dilation apart, and that, as in `Evidence`."""
-    dilating, closed_at, dilation = table.dilating, table.offset.copy(), np.zeros((table.count, 2))
-    closed_at[dilating.rows] -= dilating.opening(table.slip_path)
-    dilation[dilating.rows] = np.column_stack([dilating.slope, dilating.last])
-    return closed_at, dilation
+    dilating = table.features.dilating
+    return offset_once_open(table), dilating.spread(table.count, dilating.slope, dilating.last).T

@@ -8,7 +8,6 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.joint_laws.closure import energy_at
 from bsm_mesh.model.model import Model
 
 
@@ -18,11 +17,8 @@ def spring_energy(contacts: ContactSet, at: Evaluation) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         normal: FloatArray = np.where(contacts.normal_stiffness > 0, pressure**2 / (2 * contacts.normal_stiffness), 0.0)
         along = np.where(at.springs.stiffness > 0, shear**2 / (2 * at.springs.stiffness), 0.0)
-    hyperbolic = contacts.hyperbolic
-    if len(hyperbolic.rows):
-        rows = hyperbolic.rows
-        given = hyperbolic.stiffness, hyperbolic.limit, hyperbolic.compliance
-        normal[rows] = energy_at(pressure[rows], *given)
+    for feature in contacts.features:
+        normal = feature.energies(normal, pressure)
     return float(normal.sum() + along.sum())
 
 

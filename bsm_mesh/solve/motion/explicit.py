@@ -126,8 +126,7 @@ class ExplicitMotion(Cycles):
             slid = np.zeros(contacts.count)
             slid[rows] = column_of(share.slips, "slid", len(rows))
             changed = contacts.after_slip(slid)
-            offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, changed["slip_path"])
-            here = replace(here, offset=offset, failed=failed, mated=mated, tension=tension, **changed)
+            here = replace(here, failed=failed, mated=mated, tension=tension, **changed)
         at = step.system.evaluate(here, position)
         if not len(share.slips):  # told, and nothing more
             changed = contacts.after_slip(further_slip(contacts, before.springs, at.closed, shear, along))

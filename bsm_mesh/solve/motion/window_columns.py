@@ -57,7 +57,7 @@ def columns_of(contacts: ContactSet, at: Evaluation, lines: Mapping[str, FloatAr
     candidates = contacts.candidates
     frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
     pressure, (low, high) = np.where(at.closed, at.pressure, 0.0), _range(contacts, at)
-    stiffening, share = contacts.hyperbolic.stiffening(pressure, at.normal_stiffness)
+    stiffening, share = contacts.features.closure.stiffening(pressure, at.normal_stiffness)
     shear = np.where(at.closed, at.shear, 0.0)
     trial = np.where(at.closed, at.pressure, -contacts.normal_stiffness * (at.gap - contacts.offset))
     columns = {
@@ -116,24 +116,21 @@ def _slips(contacts: ContactSet, catalogue: JointCatalogue, rows: IntArray, *, a
     """Return what slip does to some of the contacts; none where it does nothing, unless it is `always` asked for."""
     if not (always or catalogue.wears or catalogue.dilates or catalogue.stiffens):
         return np.zeros(0, SLIP)
-    opening, dilating = np.zeros((2, contacts.count)), contacts.dilating
-    opening[:, dilating.rows] = dilating.slope, dilating.room(contacts.slip_path)
+    dilating = contacts.features.dilating
+    opening = dilating.spread(contacts.count, dilating.slope, dilating.room(contacts.slip_path))
     return _chunks(SLIP, dict(zip(("dilation", "room"), opening[:, rows], strict=True)), len(rows))
 
 
 def _growths(contacts: ContactSet, at: Evaluation, rows: IntArray, columns: Columns) -> ChunkArray:
     """Return the shear stiffness that grows of some of the contacts; none where none does."""
-    growing, count = contacts.growing, len(rows)
+    growing, count = contacts.features.growing, len(rows)
     if not len(growing.rows):
         return np.zeros(0, GROWTH)
     number = np.full(contacts.count, -1)
     number[rows] = np.arange(count)
     mine = growing.of(number)
-    given = dict(zip(ShearCurve._fields, mine.curve.T, strict=True))
-    given |= {"length": mine.length, "compliance": mine.compliance}
-    grown = {name: np.zeros(count) for name in given}
-    for name, column in given.items():
-        grown[name][mine.rows] = column
+    names = *ShearCurve._fields, "length", "compliance"
+    grown = dict(zip(names, mine.spread(count, *mine.curve.T, mine.length, mine.compliance), strict=True))
     stiffness = at.springs.stiffness[rows]
     last = {"stiffness": stiffness, "stiffest": np.maximum(columns["normal_stiffness"], stiffness)}
     return _chunks(GROWTH, grown | last | {"last_pressure": columns["pressure"]}, count)

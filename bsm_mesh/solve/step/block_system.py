@@ -202,9 +202,8 @@ class BlockSystem(System):
         candidates = _rows_of(contacts.candidates, rows)
         opposing_candidate = candidates.opposing_candidate
         entering = number[contacts.entering]
-        parts = ("hyperbolic", "dilating", "growing")
-        plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "by_law")
-        others = {field.name for field in fields(contacts)}.difference(plain, parts)
+        plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "by_law", "features")
+        others = {field.name for field in fields(contacts)}.difference(plain)
         return ContactSet(
             outlines=contacts.outlines,
             candidates=replace(
@@ -216,7 +215,7 @@ class BlockSystem(System):
             by_law=rows_by_law(contacts.law[rows]),
             opposing=np.flatnonzero(opposing_candidate >= 0),
             entering=entering[entering >= 0],
-            **{name: getattr(contacts, name).of(number) for name in parts},
+            features=contacts.features.of(number),
             entering_direction=contacts.entering_direction[entering >= 0],
             **{name: getattr(contacts, name)[rows] for name in others},
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.contact.shear_springs import Springs
+from bsm_mesh.contact.feature import Springs
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

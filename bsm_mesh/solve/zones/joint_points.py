@@ -13,7 +13,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.dilation import Dilating, slip_of_step
-from bsm_mesh.contact.shear_springs import Growing, Springs
+from bsm_mesh.contact.feature import Springs
+from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, closure, memory_of, signed, wear_length_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
@@ -208,7 +209,7 @@ class JointPoints:
             lift = np.zeros_like(moved)
             lift[self.dilating.rows] = ~history.parted[self.dilating.rows] * self.dilating.opening(history.opened_by)
             pressed = self._pressures(opening - lift, history)
-        return self.growing.springs(given, moved, history.pressure, pressed[0][rows], pressed[1][rows])
+        return self.growing.springs_at(given, moved, history.pressure, pressed[0][rows], pressed[1][rows])
 
     def _lift(
         self, opening: FloatArray, trial: FloatArray, history: JointHistory, springs: Springs, *, slides: bool

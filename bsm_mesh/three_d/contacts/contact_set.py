@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.closure import Hyperbolic
+from bsm_mesh.contact.features import Features, features_of
 from bsm_mesh.contact.forces import rows_by_law
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.model.kinds import in_space
@@ -20,7 +20,7 @@ from bsm_mesh.model.polygons import owner_of_corner
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
 from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, PolygonPoints, keys_of
 from bsm_mesh.three_d.contacts.kernels import relative_positions
-from bsm_mesh.three_d.contacts.properties import PointProperties, PolygonCatalogue
+from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.rotations import swings
 
 
@@ -70,7 +70,7 @@ class ContactSet:
     mated: BoolArray
     slip_path: FloatArray
     within_tolerance: BoolArray
-    hyperbolic: Hyperbolic
+    features: Features
     by_law: tuple[tuple[int, IntArray | slice], ...]
 
     @property
@@ -106,10 +106,10 @@ class ContactSet:
             length=c.length[rows],
             history=c.history[rows],
         )
-        named = {field.name for field in fields(self)} - {"candidates", "hyperbolic", "by_law", "renewed"}
+        named = {field.name for field in fields(self)} - {"candidates", "features", "by_law", "renewed"}
         return ContactSet(
             candidates=candidates,
-            hyperbolic=self.hyperbolic.of(number),
+            features=self.features.of(number),
             by_law=rows_by_law(self.law[rows]),
             renewed=self.renewed,
             **{name: getattr(self, name)[rows] for name in named},
@@ -160,6 +160,7 @@ def contacts_of(points: PolygonPoints, renewed: PolygonPoints, catalogue: Polygo
     """Return contact points with their properties: closed, intact, without force."""
     found, area, count = catalogue.properties(points), points.area, len(points.key)
     blank, none = np.full((count, 3), np.nan), np.zeros(count, dtype=bool)
+    stiffness = found.normal_stiffness * area, found.shear_stiffness * area
     candidates = Candidates(block_a=points.block_a, block_b=points.block_b, length=area, history=np.full(count, -1))
     return ContactSet(
         candidates=candidates,
@@ -169,8 +170,8 @@ def contacts_of(points: PolygonPoints, renewed: PolygonPoints, catalogue: Polygo
         geometry=points.geometry,
         reach=points.reach,
         renewed=renewed,
-        normal_stiffness=found.normal_stiffness * area,
-        shear_stiffness=found.shear_stiffness * area,
+        normal_stiffness=stiffness[0],
+        shear_stiffness=stiffness[1],
         tension=found.tension * area,
         residual_tension=found.residual_tension * area,
         offset=np.zeros(count),
@@ -181,7 +182,7 @@ def contacts_of(points: PolygonPoints, renewed: PolygonPoints, catalogue: Polygo
         mated=~none,
         slip_path=np.zeros(count),
         within_tolerance=~none,
-        hyperbolic=_hyperbolic(catalogue, found, area),
+        features=features_of(catalogue, found.joint, area, stiffness, ~none),
         by_law=rows_by_law(found.law),
     )
 
@@ -215,7 +216,7 @@ def gathered(given: ContactSet, history: PointHistory, position: FloatArray, siz
         mated=mated,
         slip_path=np.where(known, history.slip_path[row], 0.0) if history.count else given.slip_path,
         within_tolerance=within_tolerance,
-        hyperbolic=given.hyperbolic.of(np.where(mated, np.arange(given.count), -1)),
+        features=given.features.of(np.where(mated, np.arange(given.count), -1)),
     )
 
 
@@ -231,9 +232,3 @@ def reaches(polygons: ContactPolygons) -> FloatArray:
     arm = polygons.corners - np.repeat(polygons.centroid, sizes, axis=0)
     reach: FloatArray = np.maximum.reduceat(np.linalg.norm(arm, axis=1), polygons.offsets[:-1])
     return reach
-
-
-def _hyperbolic(catalogue: PolygonCatalogue, found: PointProperties, area: FloatArray) -> Hyperbolic:
-    """Return the contacts whose joints have a closure limit."""
-    limit, stiffness = catalogue.closure_of(found.joint)
-    return Hyperbolic.among(limit, stiffness, area, found.normal_stiffness * area)

@@ -62,7 +62,7 @@ def evaluate(contacts: ContactSet, laws: tuple[JointLaw, ...], position: FloatAr
     pressing = contacts.normal_stiffness * (contacts.offset - gap)
     closed = on_polygon & (pressing >= -contacts.tension) & ((pressing > 0) | (contacts.tension > 0))
     pressure = np.where(closed, pressing, 0.0)
-    pressure, stiffness = contacts.hyperbolic.pressures(contacts.offset - gap, pressure, contacts.normal_stiffness)
+    pressure, stiffness = contacts.features.pressures(contacts.offset - gap, pressure, contacts.normal_stiffness)
     trial = trial_shears(contacts, place)
     size = np.linalg.norm(trial, axis=1)
     answer = respond(contacts, laws, pressure, size, closed)
