@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 from bsm_mesh.lazy import names_from
 
 if TYPE_CHECKING:
+    from bsm_mesh.three_d.bolts.geometry import SpaceBolts
     from bsm_mesh.three_d.check import check_stage
     from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
     from bsm_mesh.three_d.joint_polygons import joint_polygons
     from bsm_mesh.three_d.mechanics import Space
+    from bsm_mesh.three_d.model.bolts import pass_polyhedra
     from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
     from bsm_mesh.three_d.model.loads import forces_in_space
     from bsm_mesh.three_d.model.notes import notes_in_space
@@ -26,12 +28,14 @@ __all__ = [
     "PointHistory",
     "PolygonPoints",
     "Space",
+    "SpaceBolts",
     "bars_in_space",
     "check_stage",
     "faults_in_space",
     "forces_in_space",
     "joint_polygons",
     "notes_in_space",
+    "pass_polyhedra",
     "proof_in_space",
     "refuse_unready",
     "some_polyhedra",
@@ -41,12 +45,14 @@ HOMES = {
     "PointHistory": "bsm_mesh.three_d.contacts.history",
     "PolygonPoints": "bsm_mesh.three_d.contacts.history",
     "Space": "bsm_mesh.three_d.mechanics",
+    "SpaceBolts": "bsm_mesh.three_d.bolts.geometry",
     "bars_in_space": "bsm_mesh.three_d.model.supports",
     "check_stage": "bsm_mesh.three_d.check",
     "faults_in_space": "bsm_mesh.three_d.model.given",
     "forces_in_space": "bsm_mesh.three_d.model.loads",
     "joint_polygons": "bsm_mesh.three_d.joint_polygons",
     "notes_in_space": "bsm_mesh.three_d.model.notes",
+    "pass_polyhedra": "bsm_mesh.three_d.model.bolts",
     "proof_in_space": "bsm_mesh.three_d.proof",
     "refuse_unready": "bsm_mesh.three_d.model.given",
     "some_polyhedra": "bsm_mesh.three_d.model.parts",

@@ -58,8 +58,8 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
 
 
 def bolts_of_grid(grid: Grid) -> BoltForces:
-    """Return the written bolts."""
-    nodes, cells = grid.point_data, grid.cell_data
+    """Return the written bolts, whose points have as many coordinates as those of the grid."""
+    nodes, cells, coordinates = grid.point_data, grid.cell_data, grid.points.shape[1]
     names = grid.names_of("bolt")
     node_start = np.searchsorted(nodes["bolt"], np.arange(len(names) + 1)).astype(np.int32)
     return BoltForces(
@@ -68,8 +68,8 @@ def bolts_of_grid(grid: Grid) -> BoltForces:
         block=nodes["block_id"],
         station=nodes["station"],
         original=grid.points,
-        point=nodes["position"][:, :2],
-        displacement=nodes["displacement"][:, :2],
+        point=nodes["position"][:, :coordinates],
+        displacement=nodes["displacement"][:, :coordinates],
         spacing=nodes["spacing"][node_start[:-1]],
         status=nodes["status"][node_start[:-1]],
         alive=cells["alive"].astype(bool),
@@ -79,6 +79,6 @@ def bolts_of_grid(grid: Grid) -> BoltForces:
         plastic_stretch=cells["plastic_stretch"],
         utilisation=cells["utilisation"],
         shear_force=cells["shear_force"],
-        shear_point=cells["shear_point"][:, :2],
-        shear_direction=cells["shear_direction"][:, :2],
+        shear_point=cells["shear_point"][:, :coordinates],
+        shear_direction=cells["shear_direction"][:, :coordinates],
     )

@@ -68,7 +68,7 @@ class Instant:
 def kinds_of(stage: StageResult) -> list[str]:
     """Return the kinds of files that a stage has; in space contacts are the faces of joints."""
     if stage.displacement.shape[1] != PLANE:
-        return kinds_of_space()
+        return kinds_of_space(bolts=stage.bolts.count > 0)
     there = {
         WATER: len(stage.water_table),
         FLOW: stage.flow is not None,
@@ -78,9 +78,9 @@ def kinds_of(stage: StageResult) -> list[str]:
     return [*SERIES, *(kind for kind, any_there in there.items() if any_there)]
 
 
-def kinds_of_space() -> list[str]:
-    """Return the kinds of files that a stage of polyhedra has."""
-    return [kind for kind in SERIES if kind != "joints"]
+def kinds_of_space(*, bolts: bool) -> list[str]:
+    """Return the kinds of files that a stage of polyhedra has, with bolts or without."""
+    return [*(kind for kind in SERIES if kind != "joints"), *([BOLTS] if bolts else [])]
 
 
 def stage_file(kind: str, number: int) -> str:

@@ -132,7 +132,7 @@ def read_vtu(path: Path, *, needs: Sequence[str] = ()) -> Grid:
     return grid_of(path.read_bytes(), path, needs=needs)
 
 
-def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
+def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = (), coordinates: int = 2) -> Grid:
     """Return the grid of a VTU file that was read.
 
     Parameters
@@ -143,6 +143,8 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
         The file, for messages.
     needs : sequence of str
         Cell arrays that must be in it.
+    coordinates : int
+        Of points: in the plane z is left out.
 
     Raises
     ------
@@ -159,7 +161,7 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
     if any(name not in data[1] for name in needs):
         raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
     return Grid(
-        points=arrays["points"],
+        points=arrays["points"][:, :coordinates],
         offsets=arrays["offsets"],
         connectivity=arrays["connectivity"],
         cell_type=types[0],

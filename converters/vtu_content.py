@@ -76,7 +76,7 @@ def content_of_vtu(content: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
         raise ValueError
     types = vtk_to_numpy(data.GetDistinctCellTypesArray()) if data.GetNumberOfCells() else np.array([VERTEX])
     arrays = {
-        "points": vtk_to_numpy(data.GetPoints().GetData())[:, :2].astype(np.float64),
+        "points": vtk_to_numpy(data.GetPoints().GetData()).astype(np.float64),
         "offsets": vtk_to_numpy(data.GetCells().GetOffsetsArray()),
         "connectivity": vtk_to_numpy(data.GetCells().GetConnectivityArray()),
     }

@@ -67,7 +67,7 @@ def new(case: str, folder: Path) -> None:
     """Write a starter CASE into FOLDER.
 
     A geometry script and model.toml, ready to run and to change. CASE: arch, cavern, dam, slope, tunnel, wall; of three
-    dimensions: dome, key_blocks, wedge.
+    dimensions: dome, key_blocks, roof, wedge.
     """
     from bsm_mesh.commands.starters import next_command, write_starter
 

@@ -109,11 +109,14 @@ class SavedResults:
         return content
 
     def grid(self, name: str, needs: Sequence[str] = ()) -> Grid:
-        """Return the grid of a VTU file, whose arrays have the components of those that are written."""
+        """Return the grid of a VTU file, whose arrays have the components of those that are written.
+
+        Its points have three coordinates where the blocks are polyhedra, else two.
+        """
         from bsm_mesh.converters.vtk_files import grid_of
         from bsm_mesh.converters.vtu_content import COMPONENTS
 
-        grid = grid_of(self.content(name), self.folder / name, needs=needs)
+        grid = grid_of(self.content(name), self.folder / name, needs=needs, coordinates=3 if self.in_space else 2)
         arrays = [*grid.point_data.items(), *grid.cell_data.items()]
         if any(values.shape[1:] != ((COMPONENTS[key],) if key in COMPONENTS else ()) for key, values in arrays):
             raise ModelError(_damaged(self.folder / name))

@@ -35,17 +35,18 @@ def polyhedra_of(saved: SavedResults) -> Polyhedra:
     )
 
 
-def columns_in_space(saved: SavedResults, number: int, blocks: Polyhedra) -> dict[str, Any]:
-    """Return the fields of a stage that are arrays.
+def columns_in_space(saved: SavedResults, number: int, blocks: Polyhedra, *, bolts: bool) -> dict[str, Any]:
+    """Return the fields of a stage that are arrays; `bolts` says whether it has any.
 
     Raises
     ------
     ValueError
         Where they are not those of the blocks.
     """
-    from bsm_mesh.converters.result_files import kinds_of_space, stage_file
+    from bsm_mesh.converters.bolt_files import bolts_of_grid
+    from bsm_mesh.converters.result_files import BOLTS, kinds_of_space, stage_file
 
-    for kind in kinds_of_space():
+    for kind in kinds_of_space(bolts=bolts):
         saved.content(stage_file(kind, number))  # follows from the arrays; whoever opens it elsewhere trusts it
     arrays = _arrays(saved, number)
     wrong = [name for name, shape in SHAPES.items() if arrays[name].shape != (blocks.count, *shape)]
@@ -59,7 +60,7 @@ def columns_in_space(saved: SavedResults, number: int, blocks: Polyhedra) -> dic
         **{name: arrays[name] for name in read},
         "contacts": contacts,
         "supports": SupportForces(**{f.name: arrays[f"support_{f.name}"] for f in fields(SupportForces)}),
-        "bolts": BoltForces.none(),
+        "bolts": bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if bolts else BoltForces.none(3),
     }
 
 

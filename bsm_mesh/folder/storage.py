@@ -153,7 +153,10 @@ def _load_stage(
     saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], given: Blocks
 ) -> StageResult:
     shaking = read_shaking(told["shaking"], number, saved.content, saved.folder) if "shaking" in told else None
-    columns = columns_in_space(saved, number, given) if in_space(given) else _columns(saved, number, told, given)
+    if in_space(given):
+        columns = columns_in_space(saved, number, given, bolts="bolts" in told)
+    else:
+        columns = _columns(saved, number, told, given)
     return StageResult(
         name=told["name"],
         status=Status(told["status"]),

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh import space
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import place, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.stages import Stage, presence
 
 SHORT = 1e-6  # of the bolt's length: what it passes of a block, or lies in the void, below this is rounding
@@ -48,7 +50,7 @@ class BoltLayout:
         Block to which each node is bonded.
     station : (n_nodes,) float64 [m]
         Distance from the head.
-    point : (n_nodes, 2) float64 [m]
+    point : (n_nodes, 2) or (n_nodes, 3) float64 [m]
         Where the node is at the start.
     capacity : (n_nodes,) float64 [N]
         Greatest force on the rock (Wang Eq. 5.7); infinite if unlimited.
@@ -80,14 +82,14 @@ class BoltLayout:
     spacing: FloatArray
 
     @classmethod
-    def none(cls) -> BoltLayout:
-        """Return the layout of no bolts."""
+    def none(cls, coordinates: int = 2) -> BoltLayout:
+        """Return the layout of no bolts, whose points would have so many coordinates."""
         numbers, whole = np.zeros(0), np.zeros(0, np.int32)
         return cls(
             node_start=np.zeros(1, np.int32),
             block=whole,
             station=numbers,
-            point=np.zeros((0, 2)),
+            point=np.zeros((0, coordinates)),
             capacity=numbers,
             bond_stiffness=numbers,
             crossing=numbers,
@@ -129,11 +131,40 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] =
     Raises
     ------
     ModelError
-        For a bolt whose head or tip lies in no block, and one that runs along an edge.
+        For a bolt whose head or tip lies in no block, and one along an edge (in space, a face).
     """
+    given = [_given_fault(bolt, spatial=in_space(blocks)) for bolt in bolts]
+    raise_faults([f"{label(bolts, b)}: {text}" for b, text in enumerate(given) if text])
+    there = np.stack(presence(stages, blocks))[stage_numbers(bolts, stages)]
+    if in_space(blocks):
+        found, along = space.pass_polyhedra(bolts, blocks, there)
+    else:
+        found, along = _pass_polygons(bolts, blocks, there)
+    faults = [""] * len(bolts)
+    for b, thing, shared in along:
+        faults[b] = f"runs along {thing} over {shared:.3g} m, so that no block holds it; move it off the joint"
+    _report_ends(faults, bolts, found)
+    raise_faults([f"{label(bolts, b)} {text}" for b, text in enumerate(faults) if text])
+    return found
+
+
+def _given_fault(bolt: Bolt, *, spatial: bool) -> str:
+    """Return what of a bolt does not belong to blocks of its kind, or nothing."""
+    if len(bolt.start) != (3 if spatial else 2):
+        return "start and end need x, y and z in space" if spatial else "start and end need x and y only in the plane"
+    return (
+        "spacing is for the plane: in space every bolt counts once; leave it out"
+        if spatial and bolt.spacing != 1
+        else ""
+    )
+
+
+def _pass_polygons(
+    bolts: Sequence[Bolt], blocks: Blocks, present: BoolArray
+) -> tuple[Passages, list[tuple[int, str, float]]]:
+    """Return the pieces of bolts in blocks present (n_bolts, n_blocks), and bolt, edge and length along edges [m]."""
     import shapely
 
-    count = len(bolts)
     start = np.array([bolt.start for bolt in bolts])
     end = np.array([bolt.end for bolt in bolts])
     length = np.hypot(*(end - start).T)
@@ -142,7 +173,7 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] =
     lines = shapely.linestrings(np.stack([start, end], axis=1))
     tree = shapely.STRtree(boxes)
     bolt, block = tree.query(lines, predicate="intersects")
-    there = np.stack(presence(stages, blocks))[stage_numbers(bolts, stages)[bolt], block]
+    there = present[bolt, block]
     bolt, block = bolt[there], block[there]
     near = np.unique(block)
     outlines = np.full(blocks.count, None, dtype=object)
@@ -162,15 +193,8 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] =
         first=first[order],
         last=last[order],
     )
-    faults = [""] * count
-    for b, edge, shared in _along_edges(blocks, start, along, length, bolt, block):
-        faults[b] = (
-            f"runs along an edge of block {blocks.owner[edge]} over {shared:.3g} m, so that no block holds it; "
-            "move it off the joint"
-        )
-    _report_ends(faults, bolts, found)
-    raise_faults([f"{label(bolts, b)} {text}" for b, text in enumerate(faults) if text])
-    return found
+    edges = _along_edges(blocks, start, along, length, bolt, block)
+    return found, [(b, f"an edge of block {blocks.owner[edge]}", shared) for b, edge, shared in edges]
 
 
 def _along_edges(
@@ -244,7 +268,7 @@ def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage]
         As `pass_blocks`.
     """
     if not bolts:
-        return BoltLayout.none()
+        return BoltLayout.none(3 if in_space(blocks) else 2)
     passed = pass_blocks(bolts, blocks, stages)
     parts = []
     for b, bolt in enumerate(bolts):

@@ -6,7 +6,7 @@ Every function takes the keys of `Bolt` that all bolts share, and numbers their 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from bsm_mesh.table_rows import Rows, read_rows
 
 STRAIGHT = 1e-3  # of a curve's length: how far its points may be off a straight line
 ENDS = ("start_x", "start_y", "end_x", "end_y")
+ENDS_IN_SPACE = ("start_x", "start_y", "start_z", "end_x", "end_y", "end_z")
 TEXTS = ("kind", "stage", "name")
 
 
@@ -189,8 +190,8 @@ def bolts_from_table(
 ) -> list[Bolt]:
     """Return a bolt for every row of a CSV file with the columns start_x, start_y, end_x, end_y [m].
 
-    Further columns are keys of `Bolt` and go before those in `keys`; an empty cell is not given. A unit in brackets
-    (``diameter [mm]``) is that of every cell without one of its own.
+    In space there are start_z and end_z too. Further columns are keys of `Bolt` and go before those in `keys`; an empty
+    cell is not given. A unit in brackets (``diameter [mm]``) is that of every cell without one of its own.
 
     Parameters
     ----------
@@ -209,7 +210,8 @@ def bolts_from_table(
     """
     file = as_path("bolt table", path)
     rows = read_rows(file, "start_x, start_y, end_x, end_y of a bolt")
-    known = [*ENDS, *(name for name in Bolt.__dataclass_fields__ if name not in ("start", "end"))]
+    ends = ENDS_IN_SPACE if {"start_z", "end_z"} & set(rows.names) else ENDS
+    known = [*ends, *(name for name in Bolt.__dataclass_fields__ if name not in ("start", "end"))]
     raise_faults(
         [
             f"{file}: unknown column '{title}'{nearest(name, known)}"
@@ -217,13 +219,13 @@ def bolts_from_table(
             if name not in known
         ]
     )
-    rows.columns(*ENDS)
+    rows.columns(*ends)
     rows.columns(*rows.names)  # none is there twice
     bolts: list[Bolt] = []
     faults: list[str] = []
     for k in range(len(rows.cells)):
         try:
-            bolts.append(_of_row(k, rows, read or _plain_number, keys))
+            bolts.append(_of_row(k, rows, read or _plain_number, ends, keys))
         except (ModelError, ValueError) as error:
             told = error.faults if isinstance(error, ModelError) else (str(error),)
             faults.extend(f"{rows.place(k)}: {fault}" for fault in told)
@@ -238,25 +240,27 @@ def _plain_number(name: str, text: str) -> float:
         raise ValueError(f"{name} = '{text}' is no plain number; give it in SI units") from None
 
 
-def _of_row(k: int, rows: Rows, read: Callable[[str, str], float], keys: Mapping[str, Any]) -> Bolt:
+def _of_row(
+    k: int, rows: Rows, read: Callable[[str, str], float], columns: Sequence[str], keys: Mapping[str, Any]
+) -> Bolt:
     given: dict[str, Any] = {}
     for name, title, cell in zip(rows.names, rows.header, rows.cells[k], strict=True):
         if cell:
             given[name] = cell if name in TEXTS else read(name, with_unit(rows.plain(cell), title))
-    lacking = [name for name in ENDS if name not in given]
+    lacking = [name for name in columns if name not in given]
     if lacking:
         raise ValueError(f"{', '.join(lacking)} must be given")
     if "diameter" not in {**keys, **given}:
         raise ValueError("diameter must be given, in a column or for all")
-    ends = [given.pop(name) for name in ENDS]
-    return _one(k, np.array(ends[:2]), np.array(ends[2:]), {**keys, **given}, number="name" not in given)
+    head, tip = np.array([given.pop(name) for name in columns]).reshape(2, -1)
+    return _one(k, head, tip, {**keys, **given}, number="name" not in given)
 
 
 def _one(k: int, head: FloatArray, tip: FloatArray, keys: Mapping[str, Any], *, number: bool = True) -> Bolt:
     given = dict(keys)
     if number and isinstance(given.get("name"), str) and given["name"]:
         given["name"] = f"{given['name']} {k + 1}"
-    return Bolt(start=(float(head[0]), float(head[1])), end=(float(tip[0]), float(tip[1])), **given)
+    return Bolt(start=tuple(head.tolist()), end=tuple(tip.tolist()), **given)
 
 
 def _bolts(heads: FloatArray, directions: FloatArray, length: float, keys: Mapping[str, Any]) -> list[Bolt]:

@@ -40,8 +40,8 @@ class Bolt:
 
     Attributes
     ----------
-    start, end : (x, y) [m]
-        Head and tip, where they are before anything moved.
+    start, end : (x, y) or (x, y, z) [m]
+        Head and tip as given, before any movement; three coordinates in space.
     kind : {"grouted", "end_anchored"}
         Bonded to the rock along its length, or at its two ends only.
     diameter : float [m]
@@ -58,7 +58,7 @@ class Bolt:
     anchor_capacity : float or None [N]
         Of an end-anchored bolt: what either anchorage carries (Wang Eq. 5.3); None: unlimited.
     spacing : float [m]
-        Distance of bolts out of the plane; forces on the blocks are divided by it.
+        In the plane: distance of bolts out of it; forces on the blocks are divided by it. In space: leave it out.
     stage : str or None
         Stage that installs it; None: there from the start.
     bond_strength : float or None [N/m]
@@ -91,8 +91,8 @@ class Bolt:
     245437
     """
 
-    start: tuple[float, float]
-    end: tuple[float, float]
+    start: tuple[float, ...]
+    end: tuple[float, ...]
     diameter: Annotated[float, BOLT_DIAMETER]
     kind: BoltKind = "grouted"
     young: Annotated[float, BOLT_YOUNG] = STEEL
@@ -118,10 +118,12 @@ class Bolt:
         rules.text("stage", self.stage, optional=True)
         rules.choice("kind", self.kind, get_args(BoltKind))
         for name in ("start", "end"):
-            object.__setattr__(self, name, rules.point(name, getattr(self, name)))
+            object.__setattr__(self, name, rules.place(name, getattr(self, name)))
         rules.numbers(self, without=("plate",) if is_infinite(self.plate) else ())
         raise_faults(rules.faults)
         plain_numbers(self)
+        if len(self.start) != len(self.end):
+            raise_faults([f"{rules.thing}: start has {len(self.start)} coordinates and end {len(self.end)}; give both"])
         raise_faults([f"{rules.thing}: {text}" for text in self._misfits()])
 
     def _misfits(self) -> list[str]:

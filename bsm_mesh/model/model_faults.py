@@ -35,7 +35,8 @@ def model_faults(model: Model) -> list[str]:
     """Return one sentence for everything in the model that does not fit together."""
     blocks = model.blocks
     if in_space(blocks):
-        return [*space.faults_in_space(model), *zones_in_space(model)]
+        found = [*space.faults_in_space(model), *zones_in_space(model)]
+        return [*found, *([] if found else _bolt_faults(model))]
     faults: list[str] = []
     if model.contact_points not in ("ends", "gauss"):
         faults.append(

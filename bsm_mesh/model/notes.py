@@ -106,6 +106,11 @@ def _of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) 
             f"{counted(unlimited, 'face')} of rock without a joint and without strength: they neither slip nor open, "
             "whatever they carry (default_joint, or cohesion, friction and tensile_strength of the rock, limit them)"
         )
+    yield from of_bolts(model)
+
+
+def of_bolts(model: Model) -> Iterator[str]:
+    """Say how many bolts never yield."""
     elastic = sum(math.isinf(bolt.yield_force) for bolt in model.bolts)
     if elastic:
         yield f"{counted(elastic, 'bolt')} without yield_strength: the steel never yields, whatever it carries"

@@ -104,15 +104,26 @@ class Rules:
 
     def point(self, name: str, value: object, quantity: Quantity = COORDINATE) -> tuple[float, float]:
         """Demand two numbers in their range, and return them; zeros where the rule is broken."""
-        parts = parts_of(value) or []
-        if len(parts) != 2:
+        x, y = self._numbers(name, value, quantity, (2,), "two numbers (x, y)")
+        return x, y
+
+    def place(self, name: str, value: object, quantity: Quantity = COORDINATE) -> tuple[float, ...]:
+        """Demand two numbers, or three of a point in space, and return them; zeros where the rule is broken."""
+        return self._numbers(name, value, quantity, (2, 3), "two numbers (x, y), or in space three (x, y, z)")
+
+    def _numbers(
+        self, name: str, value: object, quantity: Quantity, sizes: tuple[int, ...], asked: str
+    ) -> tuple[float, ...]:
+        """Demand so many numbers, one of `sizes`; zeros of the first size where the rule is broken."""
+        parts, none = parts_of(value) or [], (0.0,) * sizes[0]
+        if len(parts) not in sizes:
             unit = f" [{quantity.unit}]" if quantity.unit else ""
-            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be two numbers (x, y){unit}")
-            return 0.0, 0.0
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be {asked}{unit}")
+            return none
         before = len(self.faults)
-        for axis, part in zip("xy", parts, strict=True):
+        for axis, part in zip("xyz", parts, strict=False):
             self.number(f"{name} {axis}", part, quantity)
-        return (float(parts[0]), float(parts[1])) if len(self.faults) == before else (0.0, 0.0)
+        return tuple(float(part) for part in parts) if len(self.faults) == before else none
 
     def text(self, name: str, value: object, *, optional: bool = False, free: bool = False) -> None:
         """Demand a name, or any text where it is `free`; None (not given) passes where `optional`."""

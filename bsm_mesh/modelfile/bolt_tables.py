@@ -10,7 +10,7 @@ from bsm_mesh.model import quantities as q
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.mesh_tables import PathText, Table
-from bsm_mesh.modelfile.units import Point
+from bsm_mesh.modelfile.units import Point, Vector
 
 
 class RadialTable(Table):
@@ -48,5 +48,18 @@ class BoltTable(Table):
     row: RowTable | None = None
     curve: str | None = Field(default=None, description='NAME of the mesh group "bolt:NAME"')
     table: PathText | None = Field(default=None, description="CSV file: start_x, start_y, end_x, end_y and other keys")
+    name: str = ""
+    diameter: Annotated[float, q.BOLT_DIAMETER] | None = None
+
+
+@keys_of(Bolt, without=("spacing",))
+class SpaceBoltTable(Table):
+    """A bolt (start and end) or many (table); forces are those of one bolt."""
+
+    start: Vector | None = Field(default=None, description="head")
+    end: Vector | None = Field(default=None, description="tip")
+    table: PathText | None = Field(
+        default=None, description="CSV file: start_x, start_y, start_z, end_x, end_y, end_z and other keys"
+    )
     name: str = ""
     diameter: Annotated[float, q.BOLT_DIAMETER] | None = None

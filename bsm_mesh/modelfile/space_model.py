@@ -14,12 +14,14 @@ from bsm_mesh.model.loads import Load, PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import HeadPlane, Water
+from bsm_mesh.modelfile.build_bolts import make_space_bolts
 from bsm_mesh.modelfile.build_parts import make_in_situ, make_load, make_options, make_supports
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import cut_space_file
 from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable, SpaceWaterTable
+from bsm_mesh.modelfile.unused import bolts_on_nothing
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 
@@ -48,19 +50,23 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
         for k, table in enumerate(file.support)
     )
     loads = made(partial(_load, table, f"[[load]] number {k + 1}", blocks) for k, table in enumerate(file.load))
+    bolts = made(
+        partial(make_space_bolts, table, f"[[bolt]] number {k + 1}", reach) for k, table in enumerate(file.bolt)
+    )
     stages = made(partial(_stage, table, blocks) for table in file.stage)
     water = made(iter([] if file.water is None else [partial(_water, file.water, "[water]")]))
     ground = made(iter([] if file.in_situ is None else [partial(make_in_situ, file.in_situ)]))
     options = made(iter([partial(make_options, file.solver, file.falls)]))
     raise_faults(faults)
     with placed(path.name):
-        return Model(
+        model = Model(
             blocks=blocks,  # type: ignore[arg-type]  # polyhedra answer to the same names
             rocks=loaded.rocks,
             joints=loaded.joints,
             default_joint=file.mesh.default_joint,
             supports=tuple(support for group in supports for support in group),
             loads=tuple(loads),
+            bolts=tuple(bolt for group in bolts for bolt in group),
             gravity_horizontal=file.gravity.horizontal,
             gravity_vertical=file.gravity.vertical,
             gravity_trend=file.gravity.trend,
@@ -71,6 +77,8 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
             options=options[0],
             title=file.title,
         )
+        raise_faults([f"{text}; let one cross a joint, or leave it out" for text in bolts_on_nothing(model, bolts)])
+    return model
 
 
 def _load(table: SpaceLoadTable, where: str, blocks: Polyhedra) -> Load:

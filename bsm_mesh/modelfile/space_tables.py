@@ -11,6 +11,7 @@ from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
+from bsm_mesh.modelfile.bolt_tables import SpaceBoltTable
 from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import PathText, Table, finite
@@ -267,6 +268,7 @@ class SpaceFile(Table):
     key_blocks: KeyBlocksTable = Field(default_factory=KeyBlocksTable)
     support: list[SpaceSupportTable] = Field(default_factory=list)
     load: list[SpaceLoadTable] = Field(default_factory=list)
+    bolt: list[SpaceBoltTable] = Field(default_factory=list)
     in_situ: SpaceInSituTable | None = None
     water: SpaceWaterTable | None = None
     gravity: SpaceGravityTable = Field(default_factory=SpaceGravityTable)

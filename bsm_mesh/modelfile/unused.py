@@ -44,7 +44,7 @@ def unused_notes(file: ModelFile, model: Model, report: MeshReport, bolts: Seque
     """
     from bsm_mesh.converters import NoteKind
 
-    named = [*_groups_on_nothing(file, report), *_groups_left(file, model, report), *_bolts_on_nothing(model, bolts)]
+    named = [*_groups_on_nothing(file, report), *_groups_left(file, model, report), *bolts_on_nothing(model, bolts)]
     lost = [note.text for note in report.notes if note.kind is NoteKind.LOST]
     if not file.mesh.allow_unused and (faults := [*lost, *unused_in(model), *named]):
         raise ModelError([f"{fault}; {CURE}" for fault in faults])
@@ -80,7 +80,7 @@ def _excavations_left(blocks: Blocks, stages: Sequence[Stage]) -> Iterator[tuple
             yield name, f"excavation '{name}' ({counted(len(ids), 'block')}) is left in place: no stage excavates it"
 
 
-def _bolts_on_nothing(model: Model, bolts: Sequence[Sequence[Bolt]]) -> Iterator[str]:
+def bolts_on_nothing(model: Model, bolts: Sequence[Sequence[Bolt]]) -> Iterator[str]:
     """Say which tables of bolts have none that crosses from block to block."""
     alone = unused_bolts(model)
     first = 0

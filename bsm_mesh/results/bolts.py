@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
+from bsm_mesh.movements import lengths
 
 
 class BoltStatus(IntEnum):
@@ -24,7 +25,7 @@ class BoltStatus(IntEnum):
 class BoltForces(Portable):
     """Forces in the bolts, stored flat: element i of a bolt joins its nodes i and i + 1, from head to tip.
 
-    Forces are those of one bolt.
+    Forces are those of one bolt. Points and directions have three coordinates in space.
 
     Attributes
     ----------
@@ -88,17 +89,17 @@ class BoltForces(Portable):
         show_only(self)
 
     @classmethod
-    def none(cls) -> BoltForces:
-        """Return the record of a model without bolts."""
-        numbers, whole = np.zeros(0), np.zeros(0, np.int32)
+    def none(cls, coordinates: int = 2) -> BoltForces:
+        """Return the record of a model without bolts, whose points would have so many coordinates."""
+        numbers, whole, points = np.zeros(0), np.zeros(0, np.int32), np.zeros((0, coordinates))
         return cls(
             names=(),
             node_start=np.zeros(1, np.int32),
             block=whole,
             station=numbers,
-            original=np.zeros((0, 2)),
-            point=np.zeros((0, 2)),
-            displacement=np.zeros((0, 2)),
+            original=points,
+            point=points,
+            displacement=points,
             spacing=numbers,
             status=np.zeros(0, np.int8),
             alive=np.zeros(0, dtype=bool),
@@ -108,8 +109,8 @@ class BoltForces(Portable):
             plastic_stretch=numbers,
             utilisation=numbers,
             shear_force=numbers,
-            shear_point=np.zeros((0, 2)),
-            shear_direction=np.zeros((0, 2)),
+            shear_point=points,
+            shear_direction=points,
         )
 
     @property
@@ -133,7 +134,7 @@ class BoltForces(Portable):
     def direction(self) -> FloatArray:
         """Unit vector of every element from head to tip, (n_elements, 2)."""
         vector = self.point[self.first_node + 1] - self.point[self.first_node]
-        length = np.hypot(*vector.T)[:, None]
+        length = lengths(vector)[:, None]
         direction: FloatArray = np.divide(vector, length, out=np.zeros_like(vector), where=length > 0)
         return direction
 
@@ -167,8 +168,10 @@ class BoltForces(Portable):
         """Width of wall that every bolt supports, (n_bolts,) [m].
 
         Half the distance to the next head on either side, across the bolt, of bolts within 60 degrees of it; at an end
-        of a row the whole distance to the one neighbour. Not a number for a bolt without a neighbour.
+        of a row the whole distance to the one neighbour. Not a number for a bolt without a neighbour, and in space.
         """
+        if self.original.shape[1] > 2:
+            return np.full(self.count, np.nan)
         head = self.original[self.node_start[:-1]]
         along = self.original[self.node_start[1:] - 1] - head
         length = np.hypot(*along.T)[:, None]

@@ -144,14 +144,13 @@ def _bolts(results: Results, stage: StageResult) -> Columns:
     """Return a row a node: its bond force, and the forces of the element that begins there, NaN at the last."""
     bolts = stage.bolts
     bolt = np.repeat(np.arange(bolts.count), np.diff(bolts.node_start))
-    columns = {
+    columns: Columns = {
         "bolt": bolt,
         "name": _names(bolt, bolts.names),
         "status": _names(bolts.status[bolt], [status.name.lower() for status in BoltStatus]),
         "block": bolts.block,
         "station": bolts.station,
-        "x": bolts.point[:, 0],
-        "y": bolts.point[:, 1],
+        **dict(zip("xyz", bolts.point.T, strict=False)),
         "bond_force": bolts.bond_force,
         "slip": bolts.slip,
     }
@@ -201,7 +200,9 @@ _COLUMNS: dict[str, Callable[[Results, StageResult], Columns]] = {
 TABLES = tuple(_COLUMNS)
 
 _UNIT = {
-    **dict.fromkeys(("x", "y", "length", "slip", "opening", "station", "plastic_stretch", "max_displacement"), "m"),
+    **dict.fromkeys(
+        ("x", "y", "z", "length", "slip", "opening", "station", "plastic_stretch", "max_displacement"), "m"
+    ),
     **dict.fromkeys(("displacement_x", "displacement_y", "stage_displacement_x", "stage_displacement_y"), "m"),
     **dict.fromkeys(("mean_slip", "greatest_slip", "mean_opening", "greatest_opening"), "m"),
     **dict.fromkeys(("rotation", "stage_rotation"), "rad"),

@@ -40,7 +40,8 @@ def check_stage(results: Results, stage: StageResult) -> Check:
 
 
 def _actions(stage: StageResult) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
-    """Yield block, point and force of the contacts, on both sides."""
+    """Yield block, point and force of the contacts, on both sides, and of the bolts."""
     contacts, force = stage.contacts, stage.contacts.force
     yield contacts.block_b, contacts.point, force
     yield contacts.block_a, contacts.point, -force
+    yield stage.bolts.on_blocks()

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.results.evidence import Evidence, bar_rows
+from bsm_mesh.solve.bolts.tangent import bolt_tangent
 from bsm_mesh.solve.continuation.evidence import rows_of
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.three_d.contacts.forces import elastic_contacts
@@ -17,6 +16,7 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
     table, at, model = motion.contacts, motion.at, system.model
     bars = motion.constraints.bars
     block, point, force = system.point_forces_at(motion.position)
+    pair, tangent = bolt_tangent(motion.bolts, motion.bolts_at, turning=True)
     return Evidence(
         **rows_of(system, motion, kept),
         closed_at=table.offset[kept],
@@ -28,8 +28,8 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         load_block=block,
         load_point=point,
         load_force=force,
-        bolt_pair=np.zeros((0, 2), np.int32),
-        bolt_tangent=np.zeros((0, 6, 6)),
+        bolt_pair=pair,
+        bolt_tangent=tangent,
         **system.water.recorded(),
         **bar_rows(bars, system.placed(motion.position)[bars.block] + system.bar_arms(motion.position)),
     )

@@ -24,7 +24,7 @@ class Space:
 
     def system(self, model: Model, bolts: InstalledBolts | None, position: FloatArray | None) -> BlockSystem:
         """Return the block system of a model."""
-        system = BlockSystem(model, bolts)
+        system = BlockSystem(model, bolts, position)
         system.in_motion = ExplicitMotion
         return system
 

@@ -21,7 +21,7 @@ def outcome_of(
     system: BlockSystem, motion: Motion, origin: FloatArray, bars_before: FloatArray, bolts: BoltForces
 ) -> Outcome:
     """Return the record of a stage's end; displacements count from `origin` (n, 6)."""
-    reactions = motion.constraints.reactions(motion.loads + motion.at.forces)
+    reactions = motion.constraints.reactions(motion.loads + motion.bolts_at.forces + motion.at.forces)
     size = _bar_forces(system, motion, reactions, bars_before)
     kept = np.flatnonzero(motion.at.closed | motion.contacts.within_tolerance)
     contacts = point_forces(system, motion, kept)
@@ -98,11 +98,13 @@ def _stress(system: BlockSystem, motion: Motion, contacts: PointForces3D, suppor
     """Return the mean stress of every block, (n, 3, 3) [Pa]: forces times their arms over the volume."""
     placed = system.placed(motion.position)
     total = np.zeros((len(placed), 3, 3))
+    bolted = motion.bolts.on_blocks(motion.bolts_at)
     parts = [
         (contacts.block_b, contacts.point, contacts.force),
         (contacts.block_a, contacts.point, -contacts.force),
         (supports.block, supports.point, supports.reaction),
         system.point_forces_at(motion.position),
+        (bolted.block, bolted.point, bolted.force),
     ]
     for block, point, force in parts:
         np.add.at(total, block, (point - placed[block])[:, :, None] * force[:, None, :])

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.array_units import unit_of
+from bsm_mesh.converters.bolt_files import bolt_grid
 from bsm_mesh.converters.contact_files import names_of_contacts
 from bsm_mesh.converters.three_d.vtu import block_grid, contact_grid
 from bsm_mesh.converters.vtk_files import Grid
@@ -105,11 +107,22 @@ def six_components(stress: FloatArray) -> FloatArray:
     return np.column_stack([stress[:, i, j] for i, j in pairs])
 
 
-GRIDS = {"blocks": blocks_of_stage, "contacts": contacts_of_stage, "supports": supports_of_stage}
+def bolts_of_stage(results: Results, stage: StageResult) -> Grid:
+    """Return the bolts, with the units that they have in the plane."""
+    grid = bolt_grid(results, stage)
+    return replace(grid, units={name: unit_of("bolts", name) for name in (*grid.point_data, *grid.cell_data)})
+
+
+GRIDS = {
+    "blocks": blocks_of_stage,
+    "contacts": contacts_of_stage,
+    "supports": supports_of_stage,
+    "bolts": bolts_of_stage,
+}
 
 
 def space_grid(kind: str, results: Results, stage: StageResult) -> Grid:
     """Return the grid of a kind at the end of a stage, with the units of its arrays."""
     grid = GRIDS[kind](results, stage)
     units = {name: UNITS[name] for name in (*grid.point_data, *grid.cell_data) if name in UNITS}
-    return replace(grid, units={**grid.units, **units})
+    return replace(grid, units={name: unit for name, unit in {**units, **grid.units}.items() if unit})

@@ -71,12 +71,15 @@ def wedge_rock(first, second, face, top, height):
     return blocks, number, abs(np.linalg.det(corners)) / 6, areas
 
 
-def wedge_factor(first, second, volume, areas, unit_weight, friction, cohesion):
-    """Return the factor of a wedge that slides on two planes (Hoek & Bray): strength over the pull down their line."""
+def wedge_factor(first, second, volume, areas, unit_weight, friction, cohesion, force=(0, 0, 0)):
+    """Return the factor of a wedge that slides on two planes (Hoek & Bray): strength over the pull down their line.
+
+    A `force` [N], such as that of bolts, acts besides its weight.
+    """
     one, two = upward_normals(np.array([first[0], second[0]], float), np.array([first[1], second[1]], float))
     line = np.cross(one, two)
     line *= -np.sign(line[2]) / np.linalg.norm(line)
-    weight = np.array([0, 0, -unit_weight * volume])
+    weight = np.array([0, 0, -unit_weight * volume]) + force
     on_one, on_two, pull = np.linalg.solve(np.array([one, two, -line]).T, -weight)
     assert min(on_one, on_two) > 0
     slope = np.tan(np.radians(friction))

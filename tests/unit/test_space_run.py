@@ -123,6 +123,54 @@ def results_height(model):
     return np.unique(east)[-2] - east.min()
 
 
+HUNG = (
+    SLOPE.replace("point = [1, 1, 1]", "point = [1, 1, 1.2]").replace("friction = 35", "friction = 20")
+    + """
+[[bolt]]
+table = "bolts.csv"
+name = "B"
+kind = "end_anchored"
+yield_strength = "500 MPa"
+"""
+)
+ROWS = "start_x,start_y,start_z,end_x,end_y,end_z,diameter [mm]\n1,0.5,2.2,0.5,0.5,0.2,25\n1,1.5,2.2,0.5,1.5,0.2,25\n"
+
+
+def test_bolts_of_a_table_are_run_written_and_read(case: Case) -> None:
+    case.write("hung.toml", HUNG)
+    case.write("bolts.csv", ROWS)
+    outcome = case.run("run", "hung.toml", "-o", "out")
+    assert outcome.code == 0
+    assert "greatest force in a bolt" in outcome.out
+    assert "bolts.pvd, bolts.csv" in " ".join(outcome.out.split())
+    results = bsm.run(bsm.load(case.folder / "hung.toml"))
+    read = bsm.Results.load(case.folder / "out")
+    for one, other in zip(results.stages, read.stages, strict=True):
+        assert one.bolts.axial_force.min() > 1e3
+        for name in ("axial_force", "point", "displacement", "original", "slip", "status"):
+            assert_allclose(getattr(other.bolts, name), getattr(one.bolts, name))
+        assert other.bolts.names == ("B 1", "B 2")
+    assert read.check().ok
+    assert case.run("verify", "out").code == 0
+    header = (case.folder / "out/bolts.csv").read_text().splitlines()[0]
+    assert "x [m],y [m],z [m],bond_force [N]" in header
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("1,0.5,2.2,0.5", "1,0.5,4.2,0.5", "has its start in the void, "),
+        ("start_z", "start_zz", "unknown column 'start_zz'; did you mean 'start_z'?"),
+        ("1,0.5,2.2,0.5,0.5,0.2", "1,0.5,2.2,0.5,0.5,", "end_z must be given"),
+        (ROWS.split("\n", 1)[1], "1,0.5,2.2,1,0.5,2.4,25\n", "lies in a single block and carries nothing"),
+    ],
+)
+def test_a_table_of_bolts_that_does_not_fit_is_refused(case: Case, old: str, new: str, said: str) -> None:
+    case.write("hung.toml", HUNG)
+    case.write("bolts.csv", ROWS.replace(old, new))
+    case.refuses("run", "hung.toml", says=[said])
+
+
 @pytest.mark.heavy
 def test_what_is_for_the_plane_is_refused(case: Case) -> None:
     case.write("slope.toml", SLOPE)

@@ -53,6 +53,22 @@ def test_the_wedge_of_the_starter_has_the_factor_of_hoek_and_bray(case: Case) ->
     assert 0.97 * factor < 1 < 0.98 * factor  # as its comment says
 
 
+def test_the_bolts_of_the_roof_share_its_pyramid(case: Case) -> None:
+    """A pyramid of 60 degrees over 2 x 2 m: 26 kN/m3 times 4 sqrt(3) / 3 m3."""
+    case.run("new", "roof", "mine")
+    case.run("run", "mine/model.toml", "-q")
+    stage = bsm.Results.load(case.folder / "mine/out/model").stages[-1]
+    np.testing.assert_allclose(stage.bolts.axial_force, 26e3 * np.sqrt(3) / 3, rtol=1e-6)
+    model = case.folder / "mine/model.toml"
+    text = model.read_text()
+    model.write_text(text[: text.index("[[bolt]]")] + text[text.index("[key_blocks]") :])
+    told = json.loads(case.run("run", "mine/model.toml", "--json").out)
+    assert [(stage["status"], len(stage["unstable_blocks"])) for stage in told["stages"]] == [
+        ("stable", 0),
+        ("unstable", 1),
+    ]
+
+
 def test_the_tunnel_can_be_changed(case: Case) -> None:
     case.run("new", "tunnel", "mine")
     model = case.folder / "mine/model.toml"

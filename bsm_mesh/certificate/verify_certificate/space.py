@@ -83,6 +83,10 @@ def residuals(a: Arrays, reference: float) -> tuple[Any, Any]:
         block = a[f"contact_block_{side}"]
         np.add.at(total, block, np.hstack([push, np.cross(a["contact_point"] - a["at"][block], push)]))
         np.add.at(borne, block, np.linalg.norm(push, axis=1))
+    block, push = a["bolt_block"], a["bolt_force"]
+    if len(block):
+        np.add.at(total, block, np.hstack([push, np.cross(a["bolt_point"] - a["at"][block], push)]))
+        np.add.at(borne, block, np.linalg.norm(push, axis=1))
     total[:, 3:] /= a["gyration"][:, None]
     far = float(np.abs(a["at"][a["present"]]).max())
     size = np.where(a["present"], np.abs(total).max(axis=1), 0.0)

@@ -7,6 +7,7 @@ fixed to their blocks where the bolt crosses; its force acts on both at the far 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -65,6 +66,8 @@ class Dowels:
         Coordinate along `across` at zero force.
     """
 
+    coordinates: ClassVar[int] = 2
+
     element: IntArray
     near: IntArray
     far: IntArray
@@ -101,13 +104,23 @@ class Dowels:
             arm_near=crossing - centroid[near],
             arm_far=crossing - centroid[far],
             crossing=crossing,
-            across=np.stack([-along[:, 1], along[:, 0]], axis=1),
+            across=cls._across(along),
             stiffness=layout.dowel_stiffness[bolt],
             strength=layout.dowel_strength[bolt],
             spacing=layout.spacing[bolt],
             place=np.stack([corner + n + 1, corner + n, corner + 1, corner], axis=1),
-            rest=np.zeros(len(element)),
+            rest=cls._unsheared(len(element)),
         )
+
+    @staticmethod
+    def _across(along: FloatArray) -> FloatArray:
+        """Return the unit vectors of shear across bolts of directions (k, 2)."""
+        return np.stack([-along[:, 1], along[:, 0]], axis=1)
+
+    @staticmethod
+    def _unsheared(count: int) -> FloatArray:
+        """Return the coordinates of so many dowels at zero force, as given."""
+        return np.zeros(count)
 
     def at_points(self, first: int) -> Dowels:
         """Return a copy whose sides are fixed to bodies of their own, two a crossing from number `first` on."""

@@ -16,11 +16,11 @@ class BoltEvaluation:
 
     Attributes
     ----------
-    point, arm : (n_nodes, 2) float64 [m]
+    point, arm : (n_nodes, 2) or (n_nodes, 3) float64 [m]
         Where the nodes are, and from the centroids of their blocks to them.
     length : (n_elements,) float64 [m]
         Of the elements.
-    direction : (n_elements, 2) float64
+    direction : (n_elements, 2) or (n_elements, 3) float64
         From head to tip.
     stretch : (n_elements,) float64 [m]
         Elongation of each element from its length at zero tension.
@@ -32,7 +32,7 @@ class BoltEvaluation:
         On the rock, towards the tip positive: the tension after the node less that before it (Wang Eq. 5.6).
     dowels : DowelEvaluation
         Shear where bolts cross joints.
-    forces : (n_blocks, 3) float64 [N/m, N/m, N]
+    forces : (n_blocks, axes) float64 [N/m, N; in space N, N m]
         On the blocks, over the spacing.
     """
 
@@ -48,9 +48,9 @@ class BoltEvaluation:
     forces: FloatArray
 
     @classmethod
-    def none(cls, n_blocks: int, dowels: DowelEvaluation) -> BoltEvaluation:
-        """Return the forces of no bolts, for which no kernel is compiled."""
-        point, value = np.zeros((0, 2)), np.zeros(0)
+    def none(cls, position: FloatArray, dowels: DowelEvaluation) -> BoltEvaluation:
+        """Return the forces of no bolts at a position (n_blocks, axes), for which no kernel is compiled."""
+        point, value = np.zeros_like(dowels.point, shape=(0, dowels.point.shape[1])), np.zeros(0)
         return cls(
             point=point,
             arm=point,
@@ -61,5 +61,5 @@ class BoltEvaluation:
             slip=value,
             bond_force=value,
             dowels=dowels,
-            forces=np.zeros((n_blocks, 3)),
+            forces=np.zeros_like(position),
         )

@@ -16,6 +16,7 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.bolts.chain import AT_LIMIT
 from bsm_mesh.solve.bolts.dowels import DowelEvaluation, Dowels
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
+from bsm_mesh.solve.bolts.geometry import BoltGeometry, geometry_of
 from bsm_mesh.solve.bolts.kernels import (
     add_bolt_forces,
     add_bolt_tangent,
@@ -23,7 +24,6 @@ from bsm_mesh.solve.bolts.kernels import (
     couple,
     element_lines,
     find_places,
-    node_movements,
     solve_bolts,
 )
 
@@ -38,7 +38,7 @@ class InstalledBolts:
         Nodes and elements.
     pairs : two (n_pairs,) int32
         Different blocks that a bolt couples: each with every other on the same bolt.
-    arm : (n_nodes, 2) float64 [m]
+    arm : (n_nodes, 2) or (n_nodes, 3) float64 [m]
         From the centroid of its block to each node, in the block's own axes.
     stiffness : (n_elements,) float64 [N/m]
         E A over length (Wang Eq. 5.2).
@@ -66,7 +66,7 @@ class InstalledBolts:
 
     @classmethod
     def of(cls, model: Model, position: FloatArray) -> InstalledBolts:
-        """Return the bolts of a model, those without a stage installed at a position (n_blocks, 3).
+        """Return the bolts of a model, those without a stage installed at a position (n_blocks, axes).
 
         Raises
         ------
@@ -74,7 +74,7 @@ class InstalledBolts:
             For bolts that end in the void or run along an edge.
         """
         layout = lay_out_bolts(model.bolts, model.blocks, model.stages)
-        bolts = cls._not_installed(layout, model.blocks.moments.centroid[:, :2])  # in space there are none
+        bolts = cls._not_installed(layout, model.blocks.moments.centroid)
         return bolts.install(0, position)
 
     @classmethod
@@ -106,8 +106,12 @@ class InstalledBolts:
             rest=length,
             yielded=np.zeros(len(first)),
             anchor=np.zeros(len(layout.block)),
-            dowels=Dowels.of(layout, centroid),
+            dowels=geometry_of(layout.point).dowels.of(layout, centroid),
         )
+
+    @property
+    def _geometry(self) -> BoltGeometry:
+        return geometry_of(self.arm)
 
     def install(self, stage: int, position: FloatArray) -> InstalledBolts:
         """Return a copy with the bolts of a stage installed at a position: they are strained by later movements only.
@@ -116,13 +120,13 @@ class InstalledBolts:
         ----------
         stage : int
             Number of the stage; 0: bolts that name none.
-        position : (n_blocks, 3) float64 [m, m, rad]
+        position : (n_blocks, axes) float64 [m, rad]
             Position at installation.
         """
         layout = self.layout
         if not self.alive.size:
             return self
-        moved, _ = node_movements(position, layout.block, self.arm)
+        moved, _ = self._geometry.node_movements(position, layout.block, self.arm)
         length, _ = element_lines(layout.point, moved, layout.first_node)
         bolt = layout.bolt_of_element
         tensioned = length - layout.pretension[bolt] / self.stiffness
@@ -168,11 +172,11 @@ class InstalledBolts:
         )
 
     def evaluate(self, position: FloatArray) -> BoltEvaluation:
-        """Return the forces at a position (n_blocks, 3), every bolt in equilibrium with its bond."""
+        """Return the forces at a position (n_blocks, axes), every bolt in equilibrium with its bond."""
         layout = self.layout
         if not layout.block.size:  # no bolt compiles nothing; a bolt of one node has no element
-            return BoltEvaluation.none(len(position), self.dowels.evaluate(position, self.alive))
-        moved, arm = node_movements(position, layout.block, self.arm)
+            return BoltEvaluation.none(position, self.dowels.evaluate(position, self.alive))
+        moved, arm = self._geometry.node_movements(position, layout.block, self.arm)
         length, direction = element_lines(layout.point, moved, layout.first_node)
         stretch = length - self.rest
         tension, slip = solve_bolts(
@@ -186,7 +190,7 @@ class InstalledBolts:
             self.anchor,
         )
         return self._forces(
-            len(position),
+            position.shape,
             point=layout.point + moved,
             arm=arm,
             length=length,
@@ -200,7 +204,7 @@ class InstalledBolts:
     def with_forces(self, at: BoltEvaluation, tension: FloatArray, shear: FloatArray) -> BoltEvaluation:
         """Return an evaluation with other tensions (n_elements,) and shear forces at crossings (k,) [N]."""
         return self._forces(
-            len(at.forces),
+            at.forces.shape,
             point=at.point,
             arm=at.arm,
             length=at.length,
@@ -221,11 +225,11 @@ class InstalledBolts:
         tension = at.tension + couple(layout.node_start, coupling, stretch)
         return replace(self.with_forces(at, tension, sheared.force), dowels=sheared)
 
-    def _forces(self, n_blocks: int, dowels: DowelEvaluation, **found: FloatArray) -> BoltEvaluation:
+    def _forces(self, shape: tuple[int, ...], dowels: DowelEvaluation, **found: FloatArray) -> BoltEvaluation:
         """Return the evaluation with what follows from tensions and shear: bond forces, and forces on the blocks."""
         layout = self.layout
         tension = found["tension"]
-        forces = np.zeros((n_blocks, 3))
+        forces = np.zeros(shape)
         self.dowels.add_forces(dowels, forces)
         add_bolt_forces(
             layout.node_start, layout.block, layout.spacing, found["arm"], found["direction"], tension, forces

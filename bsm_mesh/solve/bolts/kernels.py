@@ -30,14 +30,17 @@ def element_lines(
     point: FloatArray, moved: FloatArray, first: IntArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
     """Return length and unit direction of the elements from node `first` to the next, moved from where they were."""
-    length, direction = np.empty(first.size), np.zeros((first.size, 2))
+    coordinates = point.shape[1]
+    length, direction = np.empty(first.size), np.zeros((first.size, coordinates))
     for e in range(first.size):
         i = first[e]
-        dx = (point[i + 1, 0] - point[i, 0]) + (moved[i + 1, 0] - moved[i, 0])
-        dy = (point[i + 1, 1] - point[i, 1]) + (moved[i + 1, 1] - moved[i, 1])
-        length[e] = np.hypot(dx, dy)
-        if length[e] > 0.0:
-            direction[e, 0], direction[e, 1] = dx / length[e], dy / length[e]
+        for axis in range(coordinates):
+            direction[e, axis] = (point[i + 1, axis] - point[i, axis]) + (moved[i + 1, axis] - moved[i, axis])
+        length[e] = np.hypot(direction[e, 0], direction[e, 1])
+        if coordinates > 2:
+            length[e] = np.hypot(length[e], direction[e, 2])
+        for axis in range(coordinates):
+            direction[e, axis] = direction[e, axis] / length[e] if length[e] > 0.0 else 0.0
     return length, direction
 
 
@@ -87,17 +90,31 @@ def add_bolt_forces(
     tension: FloatArray,
     total: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Add force and moment of all elements on their blocks to `total` (n, 3) (Wang Eqs. 5.18, 5.20)."""
+    """Add force and moment of all elements on their blocks to `total` (n, axes) (Wang Eqs. 5.18, 5.20)."""
+    push = np.empty(arm.shape[1])
     for b in range(node_start.size - 1):
         for i in range(node_start[b], node_start[b + 1] - 1):
             e = i - b
-            fx = tension[e] * direction[e, 0] / spacing[b]
-            fy = tension[e] * direction[e, 1] / spacing[b]
+            for axis in range(push.size):
+                push[axis] = tension[e] * direction[e, axis] / spacing[b]
             for node, sign in ((i, 1.0), (i + 1, -1.0)):
-                k = block[node]
-                total[k, 0] += sign * fx
-                total[k, 1] += sign * fy
-                total[k, 2] += sign * (arm[node, 0] * fy - arm[node, 1] * fx)
+                add_action(sign, arm[node], push, total[block[node]])
+
+
+@njit(nogil=True)
+def add_action(
+    sign: float, arm: FloatArray, force: FloatArray, total: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Add a force, or minus it, and its moment at an arm to the row (3,) or (6,) of a block."""
+    n = arm.size
+    for axis in range(n):
+        total[axis] += sign * force[axis]
+    if n == 2:
+        total[2] += sign * (arm[0] * force[1] - arm[1] * force[0])
+        return
+    for u in range(3):
+        v, w = (u + 1) % 3, (u + 2) % 3
+        total[3 + u] += sign * (arm[v] * force[w] - arm[w] * force[v])
 
 
 @njit()
@@ -228,9 +245,9 @@ def add_bolt_tangent(
 
     The turning of the elements under their tension (geometric stiffness) is included. The sum is symmetric.
     """
-    at, start = 0, 0
-    g = np.empty((2, 3))
-    h = np.empty((2, 3))
+    at, start, axes = 0, 0, data.shape[1]
+    g = np.empty((2, axes))
+    h = np.empty((2, axes))
     for b in range(node_start.size - 1):
         n = node_start[b + 1] - node_start[b]
         for e in range(n - 1):
@@ -245,8 +262,8 @@ def add_bolt_tangent(
                     for other in range(2):
                         p = place[at + (e + side) * n + f + other]
                         if p >= 0:
-                            for r in range(3):
-                                for c in range(3):
+                            for r in range(axes):
+                                for c in range(axes):
                                     data[p, r, c] += factor * g[side, r] * h[other, c]
             if tension[near - b] > 0.0 and length[near - b] > 0.0:
                 pull = tension[near - b] / spacing[b]
@@ -269,10 +286,10 @@ def add_bolt_tangent(
 def _length_derivatives(
     direction: FloatArray, near: FloatArray, far: FloatArray, g: FloatArray
 ) -> None:  # pragma: no cover - compiled
-    """Put the derivatives of an element's length by the movements of its near and its far block into g (2, 3)."""
-    dx, dy = direction[0], direction[1]
-    g[0, 0], g[0, 1], g[0, 2] = -dx, -dy, -(near[0] * dy - near[1] * dx)
-    g[1, 0], g[1, 1], g[1, 2] = dx, dy, far[0] * dy - far[1] * dx
+    """Put the derivatives of an element's length by the movements of its near and its far block into g (2, axes)."""
+    g[:] = 0.0
+    add_action(-1.0, near, direction, g[0])
+    add_action(1.0, far, direction, g[1])
 
 
 @njit()
@@ -288,6 +305,9 @@ def _add_geometric(
     data: FloatArray,
 ) -> None:  # pragma: no cover - compiled
     """Add tension times the second derivative of the element's length."""
+    if direction.size > 2:
+        _add_geometric_in_space(tension, length, direction, near, far, place, at, n, data)
+        return
     dx, dy = direction[0], direction[1]
     h = np.empty((2, 3))  # derivatives of the distance across the element
     h[0, 0], h[0, 1], h[0, 2] = dy, -dx, -(near[0] * dx + near[1] * dy)
@@ -304,3 +324,51 @@ def _add_geometric(
                 a = near if side == 0 else far
                 sign = 1.0 if side == 0 else -1.0
                 data[p, 2, 2] += sign * tension * (a[0] * dx + a[1] * dy)
+
+
+@njit()
+def _add_geometric_in_space(
+    tension: float,
+    length: float,
+    direction: FloatArray,
+    near: FloatArray,
+    far: FloatArray,
+    place: IntArray,
+    at: int,
+    n: int,
+    data: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Add tension times the second derivative of the element's length by movements about instant axes.
+
+    Across the element its ends are displaced by ``u + w x arm``; along it ``w x (w x arm) / 2`` is of second order.
+    """
+    across = np.zeros((2, 3, 6))  # derivatives of the displacement of either end across the element, far less near
+    for side in range(2):
+        arm, sign = (near, -1.0) if side == 0 else (far, 1.0)
+        for u in range(3):
+            v, w = (u + 1) % 3, (u + 2) % 3
+            across[side, u, u] = sign
+            across[side, u, 3 + v], across[side, u, 3 + w] = sign * arm[w], -sign * arm[v]
+        for c in range(6):
+            along = 0.0
+            for u in range(3):
+                along += direction[u] * across[side, u, c]
+            for u in range(3):
+                across[side, u, c] -= along * direction[u]
+    for side in range(2):
+        for other in range(2):
+            p = place[at + side * n + other]
+            if p < 0:
+                continue
+            for r in range(6):
+                for c in range(6):
+                    for u in range(3):
+                        data[p, r, c] += tension / length * across[side, u, r] * across[other, u, c]
+            if side == other:
+                arm, sign = (near, -1.0) if side == 0 else (far, 1.0)
+                work = arm[0] * direction[0] + arm[1] * direction[1] + arm[2] * direction[2]
+                for u in range(3):
+                    data[p, 3 + u, 3 + u] -= sign * tension * work
+                    for v in range(3):
+                        mean = (direction[u] * arm[v] + direction[v] * arm[u]) / 2
+                        data[p, 3 + u, 3 + v] += sign * tension * mean

@@ -26,7 +26,7 @@ def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvalua
         Their forces.
     """
     layout, dowels = installed.layout, installed.dowels
-    shear, point, across = np.zeros(len(at.tension)), np.zeros((len(at.tension), 2)), np.zeros((len(at.tension), 2))
+    shear, point, across = np.zeros(len(at.tension)), np.zeros_like(at.direction), np.zeros_like(at.direction)
     shear[dowels.element], point[dowels.element] = at.dowels.force, at.dowels.point
     across[dowels.element] = at.dowels.across
     return BoltForces(

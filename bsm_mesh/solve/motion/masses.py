@@ -141,7 +141,7 @@ def spring_sums(system: System, weighed: Weighed, heavier: float) -> FloatArray:
 
 
 def bolt_sums(system: System, heavier: float) -> FloatArray:
-    """Return what bolts and dowels add to `stiffness_sums`, (n, 3), their stiffness times `heavier`."""
+    """Return what bolts and dowels add to the stiffness sums of blocks, (n, axes), their stiffness times `heavier`."""
     bolts, sums = system.bolts, np.zeros_like(system.mass)
     if not len(bolts.alive):
         return sums
@@ -152,8 +152,9 @@ def bolt_sums(system: System, heavier: float) -> FloatArray:
     sheared = heavier * dowels.stiffness * bolts.alive[dowels.element] / dowels.spacing
     parts += [(dowels.near, sheared, dowels.arm_near), (dowels.far, sheared, dowels.arm_far)]
     for block, stiffness, arm in parts:
-        sums[:, :2] += np.bincount(block, stiffness, len(sums))[:, None]
-        sums[:, 2] += np.bincount(block, stiffness * (arm**2).sum(axis=1), len(sums))
+        moves = arm.shape[1]
+        sums[:, :moves] += np.bincount(block, stiffness, len(sums))[:, None]
+        sums[:, moves:] += np.bincount(block, stiffness * (arm**2).sum(axis=1), len(sums))[:, None]
     return sums
 
 

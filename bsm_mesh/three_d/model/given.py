@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.model.water import Water
 
-REFUSED = ("bolts", "flow", "face_water", "histories")  # fields that are for the plane
+REFUSED = ("flow", "face_water", "histories")  # fields that are for the plane
 
 
 def faults_in_space(model: Model) -> list[str]:

@@ -13,7 +13,8 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.forces import slipping
 from bsm_mesh.solve.motion.cycles import Cycles
-from bsm_mesh.solve.motion.masses import projectors
+from bsm_mesh.solve.motion.masses import bolt_sums, projectors
+from bsm_mesh.three_d.bolts.kernels import bolt_arrays
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
 from bsm_mesh.three_d.contacts.forces import Evaluation
 from bsm_mesh.three_d.contacts.rotations import swings, turned_on, turns_of
@@ -36,6 +37,7 @@ class ExplicitMotion(Cycles):
         for block, arm in ((c.block_a, contacts.geometry[:, :3]), (c.block_b, contacts.geometry[:, 3:6])):
             sums[:, :3] += np.bincount(block, stiffness, n)[:, None]
             sums[:, 3:] += np.bincount(block, stiffness * (arm**2).sum(axis=1), n)[:, None]
+        sums += bolt_sums(self.system, self._settings.heavier_bolts)
         return sums
 
     def advance(self, max_cycles: int | None = None) -> None:
@@ -61,6 +63,7 @@ class ExplicitMotion(Cycles):
             (supports.block, projectors(supports, self._masses.mass), self._prescribed_in(cycles)),
             np.flatnonzero(free),
             (self.system.loads_at(position), self._ramped_load, self._unramped_fraction(cycles)),
+            bolt_arrays(self.system.bolts),
             (1 / self._masses.mass, self.system.scale, self._settings.damping),
             self._velocity,
             moved,
@@ -119,5 +122,8 @@ class ExplicitMotion(Cycles):
             tension=np.where(failed, np.minimum(contacts.tension, left), contacts.tension),
             slip_path=contacts.slip_path + slid,
         )
+        bolts = self.system.bolts
+        if len(bolts.alive):
+            self.system.bolts = bolts.commit(bolts.evaluate(position))
         self._step = self._step.with_contacts(here)
         self.residual = self._step.residual_at(position)

@@ -6,6 +6,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
+from bsm_mesh.three_d.bolts.kernels import add_bolts
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved
 CLOSED, BROKEN, SLID = 1, 2, 4  # bits of what happened to a contact in a window
@@ -24,6 +25,7 @@ def advance(
     supports: tuple[IntArray, FloatArray, FloatArray],
     free: IntArray,
     loads: tuple[FloatArray, FloatArray, FloatArray],
+    bolts: tuple[FloatArray, ...] | None,
     constants: tuple[FloatArray, FloatArray, float],
     velocity: FloatArray,
     moved: FloatArray,
@@ -45,8 +47,8 @@ def advance(
         Shear force on a, movement against the face at it, in b's frame, and what happened; they change in place.
     supports, free : blocks (l,), projectors (l, 6, 6), prescribed (n, 6); (k,) int64
         Supported blocks; onto their free axes; movement that supports prescribe in a cycle. The other blocks.
-    loads : acting (n, 6), ramped_load (n, 6), unramped_fraction (cycles,)
-        As in the plane, without the contacts' forces.
+    loads, bolts : acting (n, 6), ramped_load (n, 6), unramped_fraction (cycles,); tuple of arrays or None
+        As in the plane, without the contacts' forces; as `add_bolts` takes them.
     constants : inverse_mass (n, 6), scale (n, 6), damping
         As in the plane.
     velocity, moved, shift, matrix : (n, 6), (n, 6), (n, 3), (n, 3, 3) float64
@@ -57,11 +59,10 @@ def advance(
     supported, projector, prescribed = supports
     forces = np.empty_like(acting)
     for cycle in range(cycles):
-        left = unramped_fraction[cycle]
-        for i in range(acting.shape[0]):
-            for axis in range(6):
-                forces[i, axis] = acting[i, axis] - left * ramped_load[i, axis]
+        _set_loads(acting, ramped_load, unramped_fraction[cycle], forces)
         _add_contacts(blocks[0], blocks[1], geometry, springs, shear, place, marks, shift, matrix, forces)
+        if bolts is not None:
+            add_bolts(shift, matrix, *bolts, forces)
         for i in free:
             for axis in range(6):
                 force = forces[i, axis]
@@ -72,6 +73,16 @@ def advance(
         if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(moved, scale, farthest):
             return cycle + 1
     return cycles
+
+
+@njit(nogil=True)
+def _set_loads(
+    acting: FloatArray, ramped_load: FloatArray, left: float, forces: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Set the forces (n, 6) of blocks to the loads of a cycle, of whose ramped part so much does not act yet."""
+    for i in range(acting.shape[0]):
+        for axis in range(6):
+            forces[i, axis] = acting[i, axis] - left * ramped_load[i, axis]
 
 
 @njit(nogil=True)

@@ -43,12 +43,14 @@ class BlockSystem(System):
     model : Model
         The model.
     bolts : InstalledBolts, optional
-        No bolts: in space there are none.
+        Its bolts; where not given the model's own, installed on the blocks as given.
+    position : (n, 6) float64 [m, rad], optional
+        Where blocks are; as given by default.
     """
 
     evaluate_contacts = staticmethod(evaluate)
 
-    def __init__(self, model: Model, bolts: InstalledBolts | None = None) -> None:
+    def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
         super().__init__(model, bolts)
         moments = model.blocks.moments
         self.centroid, self.block_size = moments.centroid, moments.size
@@ -64,7 +66,7 @@ class BlockSystem(System):
         np.add.at(self.dead, self.applied.block, self.applied.force)
         self.loads = self.loads_at(self.start)
         size = float(np.median(self.block_size[moves] if moves.any() else self.block_size))
-        self._set_scales(size, np.zeros_like(self.start))
+        self._set_scales(size, self.bolts.evaluate(self.start if position is None else position).forces)
         self._renewal = self._renewal_of(model)
 
     def _renewal_of(self, model: Model) -> Renewal:
@@ -96,7 +98,7 @@ class BlockSystem(System):
     @property
     def constant_loads(self) -> FloatArray | None:
         """Weights (n, 6) where nothing else acts; None where what acts depends on where the blocks are."""
-        return None if len(self.applied.block) or self.water.acts else self.loads
+        return None if len(self.bolts.alive) or len(self.applied.block) or self.water.acts else self.loads
 
     def loads_at(self, position: FloatArray) -> FloatArray:
         """Return weights, loads and water, (n, 6).

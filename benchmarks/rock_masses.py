@@ -1,0 +1,142 @@
+"""Random rock masses in space: verdict, conic proof and block theory (``python -m benchmarks.rock_masses``).
+
+Each model is a cube of 10 m cut by three random joint sets into 40 to 250 blocks. Either its south side and top are
+free, or its bottom is: a slope or a roof. The proof is of the blocks that a run leaves: those taken away because they
+are too small to count (`falls.ignore_below`) may fall. Every model is written as a line of JSON.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import bsm_mesh as bsm
+from bsm_mesh.geometries import three_d
+from bsm_mesh.geometries.orientations import upward_normals
+from bsm_mesh.three_d.blocks.materials import Materials
+from bsm_mesh.three_d.limit.rock_mass import analyse_rock
+
+SIDE = 10.0  # m
+FREE = {"slope": ("south", "top"), "roof": ("bottom",)}
+FRICTIONS = (20.0, 30.0, 40.0)  # degrees
+LEAST, MOST = 40, 250  # blocks
+ROUNDS = 60  # of block theory: until nothing more is named
+
+
+def rock_mass(seed: int) -> tuple[bsm.Model, tuple[str, ...], dict[str, Any]]:
+    """Return a model, its free boundaries and a description: kind, friction, blocks."""
+    generator = np.random.default_rng(seed)
+    kind = ("slope", "roof")[seed % 2]
+    friction = float(generator.choice(FRICTIONS))
+    free = FREE[kind]
+    while True:
+        blocks = _cut(generator)
+        sides = [name for name in blocks.boundaries if name not in free]
+        if LEAST <= blocks.count <= MOST and len(blocks.boundary_blocks(*sides)) < blocks.count:
+            break
+    law = bsm.MohrCoulomb(friction=friction)
+    joints = [bsm.Joint(f"J{k}", normal_stiffness=1e10, shear_stiffness=5e9, law=law) for k in range(3)]
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=26e3)],
+        joints=joints,
+        supports=[bsm.Fixed(boundary=name) for name in sides],
+    )
+    return model, free, {"seed": seed, "kind": kind, "friction": friction, "blocks": blocks.count}
+
+
+def _cut(generator: np.random.Generator) -> bsm.Polyhedra:
+    spacing = SIDE / generator.uniform(LEAST, MOST) ** (1 / 3)
+    corners = np.array(np.meshgrid([0, SIDE], [0, SIDE], [0, SIDE])).reshape(3, -1).T
+    planes = []
+    for number, dips in enumerate(((0.0, 40.0), (55.0, 90.0), (55.0, 90.0))):
+        dip, direction = float(generator.uniform(*dips)), float(generator.uniform(0, 360))
+        normal = upward_normals(np.array([dip]), np.array([direction]))[0]
+        heights = corners @ normal
+        place = heights.min() + spacing * generator.uniform(0.3, 1.0)
+        while place < heights.max():
+            point = tuple(normal * place)
+            planes.append(three_d.JointPlane(name=f"J{number}", dip=dip, dip_direction=direction, point=point))
+            place += 1.12 * spacing * generator.uniform(0.7, 1.3)
+    return bsm.Polyhedra.from_cells(three_d.cut_cells(three_d.RockMass(box=((0, 0, 0), (SIDE,) * 3), joints=planes)))
+
+
+def judged(seed: int) -> dict[str, Any]:
+    """Return verdict of the engine, proof by cones, blocks that move, and which of them block theory does not name."""
+    model, free, told = rock_mass(seed)
+    blocks = model.blocks
+    begun = time.process_time()
+    stage = bsm.run(model, bsm.Options(threads=1)).stages[-1]
+    told |= {"verdict": str(stage.status), "reason": stage.reason, "seconds": round(time.process_time() - begun, 1)}
+    materials = Materials.checked(blocks, model.rocks, model.joints, None)
+    present = stage.present.copy()
+    present[stage.unstable_blocks] = True
+    proof = analyse_rock(blocks, materials, present, free=free)
+    told |= {"admissible": proof.admissible, "lacking": float(proof.lacking), "proves": proof.witness.proves}
+    named = bsm.key_blocks(model, free=free, rounds=ROUNDS)
+    moved = np.setdiff1d(stage.unstable_blocks, blocks.slivers)
+    told["moves"] = moved.tolist()
+    told["named"] = int((named.round > 0).sum())
+    told["not_named"] = not_named = np.setdiff1d(moved, named.block[named.round > 0]).tolist()
+    told["alone"] = [_alone(model, block) for block in not_named]
+    return told
+
+
+def _alone(model: bsm.Model, block: int) -> str:
+    """Return the verdict of a block whose neighbours are all fixed."""
+    others = np.delete(np.arange(model.blocks.count), block).tolist()
+    return str(bsm.run(model.replace(supports=[bsm.Fixed(blocks=others)]), bsm.Options(threads=1)).status)
+
+
+def table(records: Iterable[dict[str, Any]]) -> list[str]:
+    """Return the lines of the report: models by proof and verdict, and the exceptions by seed."""
+    records = list(records)
+    counted = Counter((record["admissible"], record["verdict"]) for record in records)
+    lines = ["| limit analysis | verdict | models |", "| --- | --- | --- |"]
+    for (admissible, verdict), count in sorted(counted.items(), key=str):
+        lines.append(f"| {'admissible' if admissible else 'inadmissible'} | {verdict} | {count} |")
+    for title, chosen in (
+        ("against the proof", [r for r in records if not r["admissible"] and r["verdict"] == "stable"]),
+        ("without a verdict", [r for r in records if r["verdict"] == "not_converged"]),
+        ("move blocks that block theory does not name", [r for r in records if r["not_named"]]),
+        ("do so where the block moves alone too", [r for r in records if "unstable" in r["alone"]]),
+    ):
+        seeds = ", ".join(str(record["seed"]) for record in chosen)
+        lines.append(f"{len(chosen)} of {len(records)} {title}{': seeds ' if chosen else ''}{seeds}")
+    return lines
+
+
+def main() -> None:
+    """Judge a share of the models, and print the table of all lines in the file."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.rock_masses", description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, help="file of lines that is continued")
+    parser.add_argument("-n", type=int, default=500, help="models in all")
+    parser.add_argument("--share", default="0/1", help="K/N: every N-th model from the K-th on")
+    given = parser.parse_args()
+    first, step = (int(part) for part in given.share.split("/"))
+    lines = given.file.read_text(encoding="utf-8").splitlines() if given.file.exists() else []
+    known = {json.loads(line)["seed"] for line in lines}
+    for seed in range(first, given.n, step):
+        if seed in known:
+            continue
+        try:
+            told = judged(seed)
+        except Exception as error:
+            print(f"seed {seed}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
+            continue
+        with given.file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(told) + "\n")
+        print(told, file=sys.stderr, flush=True)
+    print("\n".join(table(json.loads(line) for line in given.file.read_text(encoding="utf-8").splitlines())))
+
+
+if __name__ == "__main__":
+    main()
