@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
-from bsm_mesh.errors import ModelError, counted, named_stage
+from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import whole_file
 from bsm_mesh.folder.histories import history_file
 from bsm_mesh.folder.result_tables import BOLTS, FLOW, ON_REQUEST, TableForm
@@ -20,25 +20,9 @@ from bsm_mesh.modelfile.build_mesh import build_geometry, stdout_to_stderr
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
-from bsm_mesh.results.spread import spread_text
-from bsm_mesh.text.beside_tables import beside_lines
-from bsm_mesh.text.flow_text import FLOW_HEADER, flow_rows
 from bsm_mesh.text.progress import Progress
-from bsm_mesh.text.tables import (
-    SPREAD_HEADER,
-    STAGE_HEADER,
-    describe,
-    down_header,
-    down_rows,
-    fall_header,
-    fall_reasons,
-    fall_rows,
-    joint_header,
-    joint_rows,
-    print_table,
-    spread_rows,
-    stage_rows,
-)
+from bsm_mesh.text.result_text import tables_of
+from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 
 EXIT_CODES = {
@@ -98,37 +82,13 @@ def run_model(
 def _print_results(results: Results, notes: tuple[str, ...], *, verbose: bool) -> None:
     for note in notes:
         say(f"mesh: {note}", err=True)
-    title = results.title or "Results"
-    if len(results.stages) > 1:
-        print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
-        title = f"{title}: after {named_stage(results.stages[-1].name)}"
-    if falls := fall_rows(results):
-        header, rows = (
-            fall_header(results)[:-1],
-            [row[:-1] for row in falls],
-        )  # reasons are sentences, too long for a column
-        print_table("Blocks that fell and were taken away", header, rows, texts=2)
-        for reason in fall_reasons(results):
-            say(reason)
-    print_table(title, ("", ""), describe(results, verbose=verbose))
-    if down := down_rows(results):
-        of = results.unstable_blocks.size
-        heading = "Every unstable block" if len(down) == of else f"The {len(down)} largest of {of} unstable blocks"
-        print_table(heading, down_header(results), down, texts=2)
-    if joints := joint_rows(results):
-        print_table("Joints", joint_header(results), joints)
-    if water := flow_rows(results.stages[-1]):
-        print_table("Flow", FLOW_HEADER, water)
-    if beside := beside_lines(results):
-        say("Histories at the end, and the values compared with them:")
-        for line in beside:
-            say(f"  {line}")
-    for stage in results.stages:
-        for remark in stage.notes:
-            say(f"{named_stage(stage.name)}: {remark}")
-    if results.spread:
-        print_table("Other routes", SPREAD_HEADER, spread_rows(results.spread), texts=2)
-        say(f"spread: {spread_text(results.spread)}")
+    for table in tables_of(results, verbose=verbose):
+        if table.rows:
+            print_table(table.title, table.header, table.rows, texts=table.texts)
+        elif table.title:
+            say(table.title)
+        for line in table.lines:
+            say(f"  {line}" if table.title and not table.rows else line)
 
 
 def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:

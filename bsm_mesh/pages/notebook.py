@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from bsm_mesh.errors import counted, place
 from bsm_mesh.results.results import Results
-from bsm_mesh.text.tables import STAGE_HEADER, describe, engineering, fall_header, fall_rows, stage_rows
+from bsm_mesh.text.result_text import tables_of
+from bsm_mesh.text.tables import engineering
 
 if TYPE_CHECKING:
     from bsm_mesh.model.materials import Joint, Rock
@@ -38,12 +39,11 @@ def model_html(model: Model) -> str:
 
 
 def results_html(results: Results) -> str:
-    """Return a summary of results: the verdict and the numbers that one asks for first, every stage, what fell."""
-    parts = [_table((), describe(results))]
-    if len(results.stages) > 1:
-        parts.append(_table(STAGE_HEADER, stage_rows(results)))
-    if falls := fall_rows(results):
-        parts.append(_table(fall_header(results), falls))
+    """Return the tables of results that the terminal shows."""
+    parts = []
+    for table in tables_of(results):
+        parts += [_table(table.header if any(table.header) else (), table.rows)] if table.rows else []
+        parts += [f"<p>{escape(line)}</p>" for line in table.lines]
     return _page(results.title or "Results", *parts)
 
 

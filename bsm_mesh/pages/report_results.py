@@ -22,7 +22,6 @@ from bsm_mesh.model.quantities import quantities_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.model_text import MODEL
 from bsm_mesh.reading import refuse_special
-from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import spread_text
@@ -33,11 +32,13 @@ from bsm_mesh.text.headings import PICTURES_FOLDER, heading
 from bsm_mesh.text.quality import Thresholds, poor_blocks
 from bsm_mesh.text.tables import (
     SPREAD_HEADER,
+    balance_rows,
     describe,
     engineering,
     fall_header,
     fall_rows,
-    residual_text,
+    joint_header,
+    joint_rows,
     spread_rows,
 )
 
@@ -73,6 +74,7 @@ def content_of(out: Path) -> dict[str, Any]:
         "fields": tomllib.loads(model).get("report", {}) if model else {},
         "heading": heading(told),
         "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
+        "joint_header": joint_header(results),
         "fall_header": fall_header(results),
         "falls": fall_rows(results),
         "beside_header": BESIDE_HEADER,
@@ -100,8 +102,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     rows: Rows = list(describe(results, stage))
     rows.insert(2, ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"))
     rows.append(("moved most in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}"))
-    rows.append(("contacts", f"{len(stage.contacts.length)}"))
-    rows.append(("residual: block most out of balance", residual_text(results, stage)))
+    rows += balance_rows(results, stage)
     if stage.unstable_blocks.size:
         rows.append(("unstable blocks", numbered("block", stage.unstable_blocks)))
     rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]
@@ -115,16 +116,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
         "name": stage.name,
         "holds": ground is None or ground.holds,
         "rows": rows,
-        "joints": [
-            (
-                each.name,
-                f"{each.length:.4g}",
-                f"{100 * each.slipping:.3g}",
-                f"{100 * each.open:.3g}",
-                engineering(each.pressure, "Pa"),
-            )
-            for each in joint_sets(results, stage)
-        ],
+        "joints": joint_rows(results, stage),
         "notes": stage.notes,
     }
 

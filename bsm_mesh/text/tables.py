@@ -199,16 +199,13 @@ def _solution_rows(results: Results, stage: StageResult) -> list[tuple[str, str]
         unit = "cycles" if results.scheme == "wang" else "steps"
         rows.append((f"{unit}, factorizations", f"{len(stage.steps)}, {spent}"))
         rows.append(("open, slipping contacts", f"{last.open_contacts}, {last.slipping_contacts}"))
-    return [
-        *rows,
-        ("contacts", f"{len(stage.contacts.length)}"),
-        ("residual: block most out of balance", residual_text(results, stage)),
-    ]
+    return rows + balance_rows(results, stage)
 
 
-def residual_text(results: Results, stage: StageResult) -> str:
-    """Return the greatest residual of a block, as a part of the reference weight."""
-    return f"{stage.residual:.1e} of {engineering(stage.reference_weight, results.blocks.force_unit)}"
+def balance_rows(results: Results, stage: StageResult) -> list[tuple[str, str]]:
+    """Return the number of contacts, and the greatest residual of a block as a part of the reference weight."""
+    residual = f"{stage.residual:.1e} of {engineering(stage.reference_weight, results.blocks.force_unit)}"
+    return [("contacts", f"{len(stage.contacts.length)}"), ("residual: block most out of balance", residual)]
 
 
 MOST_DOWN = 8  # blocks that are listed: the largest
@@ -295,11 +292,13 @@ def joint_header(results: Results) -> tuple[str, ...]:
     return ("joint", size, "slips", "open", "mean pressure", "greatest slip")
 
 
-def joint_rows(results: Results) -> list[tuple[str, ...]]:
-    """Return what ``run`` prints of the joint sets that have a law, at the end: nothing where nothing can slip."""
-    if results.model is None or results.scheme == "linear":
-        return []
-    with_law = {joint.name for joint in results.model.joints if joint.law is not None}
+def joint_rows(results: Results, stage: StageResult | None = None) -> list[tuple[str, ...]]:
+    """Return the use of the joint sets in a stage: without one of those that can slip, at the end of the last."""
+    sets = joint_sets(results, stage or results.stages[-1])
+    if stage is None:
+        given = () if results.model is None or results.scheme == "linear" else results.model.joints
+        with_law = {joint.name for joint in given if joint.law is not None}
+        sets = tuple(one for one in sets if one.name in with_law)
     return [
         (
             one.name,
@@ -309,8 +308,7 @@ def joint_rows(results: Results) -> list[tuple[str, ...]]:
             engineering(one.pressure, "Pa"),
             engineering(one.greatest_slip if one.greatest_slip > ROUNDING else 0.0, "m"),
         )
-        for one in joint_sets(results, results.stages[-1])
-        if one.name in with_law
+        for one in sets
     ]
 
 

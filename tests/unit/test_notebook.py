@@ -1,8 +1,12 @@
 """What a notebook shows of a model and of results."""
 
+from html import unescape
+
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.commands.commands import _print_results
+from bsm_mesh.text.result_text import tables_of
 from bsm_mesh.text.tables import engineering
 from tests.scenes.known_factors import incline
 from tests.scenes.openings import opening
@@ -29,7 +33,19 @@ def test_results(results):
 
 
 def test_one_stage_has_no_table_of_stages():
-    assert "<th>" not in bsm.run(incline(40.0, 30.0))._repr_html_()
+    assert "<th>stage</th>" not in bsm.run(incline(40.0, 30.0))._repr_html_()
+
+
+def test_it_has_every_table_that_the_terminal_prints(results, capsys):
+    """Headings of tables, rows and sentences: both come of one list."""
+    shown = unescape(results._repr_html_())
+    for table in tables_of(results):
+        assert all(f"<td>{cell}</td>" in shown for row in table.rows for cell in row)
+        assert all(f"<p>{line}</p>" in shown for line in table.lines)
+    _print_results(results, (), verbose=False)
+    said = capsys.readouterr().out
+    assert all(table.title in said for table in tables_of(results))
+    assert "Joints" in said
 
 
 def test_names_are_no_html():

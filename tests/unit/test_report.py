@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 from dataclasses import replace
+from html import escape
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from bsm_mesh.pages.report_results import PNG, _shown
 from bsm_mesh.pictures.pictures import NAMES
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.text.progress import Progress
+from bsm_mesh.text.tables import percent
 from tests.scenes.known_factors import incline, tutorial_slope
 from tests.scenes.small_case import LOAD, MODEL
 from tests.scenes.square_mesh import msh
@@ -55,7 +57,7 @@ def test_numbers_are_those_of_the_results(slope):
     assert results.model_digest in page
     assert str((folder / "contacts_0000.vtu").stat().st_size) in page
     (joint,) = joint_sets(results, last)
-    assert f">{100 * joint.slipping:.3g}</td>" in page
+    assert f">{escape(percent(joint.slipping))}</td>" in page
 
 
 def test_numbers_of_the_input_bear_their_units(slope):
