@@ -10,7 +10,6 @@ from bsm_mesh.errors import ModelError
 
 if TYPE_CHECKING:
     from bsm_mesh.arrays import IntArray
-    from bsm_mesh.flow.coupling import FlowCoupling
     from bsm_mesh.model.model import Model
     from bsm_mesh.model.options import Options
     from bsm_mesh.results.evidence import Proof
@@ -18,8 +17,8 @@ if TYPE_CHECKING:
     from bsm_mesh.results.records import StageResult, StepRecord
     from bsm_mesh.results.results import Results
     from bsm_mesh.solve.continuation.plan import Route
-    from bsm_mesh.solve.stages.checkpoint import Resumption
-    from bsm_mesh.solve.stages.scheme import Prover, Reporter, Scheme
+    from bsm_mesh.solve.stages.checkpoint import Keep, Resumption
+    from bsm_mesh.solve.stages.scheme import Reporter, Scheme, Stages, Watchers
 
 Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
@@ -128,28 +127,40 @@ def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:
     return model.replace(stages=[replace(stage, relaxation=finer(stage.relaxation)) for stage in model.stages])
 
 
-def _scheme_of(
-    model: Model, options: Options, report: Reporter, route: Route | None
-) -> tuple[Scheme, Model, tuple[str, ...], FlowCoupling | None]:
-    """Return the scheme of a model that can be analysed, the model under the pressure of its flow, notes, the flow."""
+def _stages_of(
+    model: Model, options: Options, report: Reporter, route: Route | None, watchers: Watchers, keep: Keep
+) -> Stages:
+    """Return the stages of a model that can be analysed: of rigid blocks by a scheme, or of blocks with zones."""
     from bsm_mesh import space
     from bsm_mesh.model.kinds import in_space
     from bsm_mesh.model.notes import notes_of
+    from bsm_mesh.model.zones import has_zones
     from bsm_mesh.solve.continuation.plan import USUAL
     from bsm_mesh.solve.continuation.scheme import ContinuationScheme
     from bsm_mesh.solve.linear.readiness import make_ready, solver_faults  # compiled code: not before it is needed
+    from bsm_mesh.solve.stages.block_stages import BlockStages
+    from bsm_mesh.solve.stages.solution import Analysis
 
+    if has_zones(model):
+        from bsm_mesh.solve.zones.scheme import ZoneStages
+
+        report("zones")
+        return ZoneStages(model, options, watchers)
+    report("contacts")
+    scheme: Scheme
     if in_space(model.blocks):
         space.refuse_unready(model, solver_faults(options), options.scheme)
-        return ContinuationScheme(model, options, report, route or USUAL), model, tuple(notes_of(model)), None
+        scheme = ContinuationScheme(model, options, report, route or USUAL)
+        return BlockStages(Analysis(model, scheme, watchers, options.falls, keep), report, tuple(notes_of(model)))
     ready = make_ready(model, options)
     if options.scheme == "linear":
         from bsm_mesh.solve.linear.scheme import LinearScheme
 
-        linear = LinearScheme(ready.model, options, report, ready.contacts)
-        return linear, ready.model, ready.notes, ready.flow
-    scheme = ContinuationScheme(ready.model, options, report, route or USUAL)
-    return scheme, ready.model, ready.notes, ready.flow
+        scheme = LinearScheme(ready.model, options, report, ready.contacts)
+    else:
+        scheme = ContinuationScheme(ready.model, options, report, route or USUAL)
+    run = Analysis(ready.model, scheme, watchers, options.falls, keep, ready.flow)
+    return BlockStages(run, report, ready.notes)
 
 
 def solve(
@@ -170,9 +181,9 @@ def solve(
     """
     from bsm_mesh import space
     from bsm_mesh.model.kinds import in_space
-    from bsm_mesh.model.zones import has_zones
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.histories import Recorder
+    from bsm_mesh.solve.stages.scheme import Watchers
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
 
     def prove(part: Model, down: IntArray) -> Proof:
@@ -183,12 +194,7 @@ def solve(
         report("limit analysis")
         return space.proof_in_space(part) if in_space(part.blocks) else proof_of(part, down)
 
-    if has_zones(model):
-        return _solve_zones(model, options, observer, report, snapshot, finished, resumption, prove)
-    report("contacts")
-    scheme, pressed, notes, flow = _scheme_of(model, options, report, route)
-    recorder = Recorder(model)
-    results = _results_of(model, options, recorder, options.scheme, lambda: scheme.linear_solver)
+    begun, recorder = resumption or AT_THE_START, Recorder(model)
 
     def watch(record: StepRecord, stage: Callable[[], StageResult]) -> None:
         if observer is not None:
@@ -204,14 +210,12 @@ def solve(
     def record(stage: Callable[[], StageResult]) -> tuple[float, ...]:
         return recorder.measure(results((stage(),), finished=False)) if model.histories else ()
 
-    begun = resumption or AT_THE_START
-    to_do = (pressed, scheme, report, watch, check, prove, end, options.falls, notes, begun, record, flow)
-    return results(solve_stages(*to_do))
+    stages = _stages_of(model, options, report, route, Watchers(watch, check, prove, record), begun.keep)
+    results = _results_of(model, options, recorder, stages)
+    return results(solve_stages(model, stages, report, end, begun))
 
 
-def _results_of(
-    model: Model, options: Options, recorder: Recorder, scheme: str, linear_solver: Callable[[], str]
-) -> Callable[..., Results]:
+def _results_of(model: Model, options: Options, recorder: Recorder, solved: Stages) -> Callable[..., Results]:
     """Return what makes the results of a model from stages, and from whether the run is at its end."""
     from bsm_mesh.results.results import Results
 
@@ -222,8 +226,8 @@ def _results_of(
             blocks=model.blocks,
             joint_names=tuple(joint.name for joint in model.joints),
             stages=stages,
-            scheme=scheme,
-            linear_solver=linear_solver(),
+            scheme=solved.name,
+            linear_solver=solved.linear_solver,
             tolerance=options.tolerance,
             model_digest=digest,
             title=model.title,
@@ -235,43 +239,3 @@ def _results_of(
         )
 
     return results
-
-
-def _solve_zones(
-    model: Model,
-    options: Options,
-    observer: Observer | None,
-    report: Reporter,
-    snapshot: Snapshot,
-    finished: Finished,
-    resumption: Resumption | None,
-    prove: Prover,
-) -> Results:
-    """Return the results of a model with zones; arguments as in `solve`. A stage is one step, without checkpoints."""
-    from dataclasses import replace
-
-    from bsm_mesh.results.histories import Recorder
-    from bsm_mesh.solve.stages.solution import confirmed
-    from bsm_mesh.solve.zones.scheme import SCHEME, SOLVER, solve_zones
-
-    recorder = Recorder(model)
-    results = _results_of(model, options, recorder, SCHEME, lambda: SOLVER)
-    done: list[StageResult] = []
-
-    def check(stage: StageResult) -> tuple[str, ...]:
-        faults: tuple[str, ...] = results((stage,)).check().faults
-        return faults
-
-    def end(stage: StageResult) -> StageResult:
-        stage = confirmed(stage, check)
-        measured = recorder.measure(results((stage,), finished=False)) if model.histories else ()
-        stage = replace(stage, steps=tuple(replace(step, recorded=measured) for step in stage.steps))
-        for step in stage.steps:
-            if observer is not None:
-                observer(step)
-            snapshot(step, lambda: results((stage,), finished=False))
-        done.append(stage)
-        finished(results(tuple(done), finished=False))
-        return stage
-
-    return results(solve_zones(model, options, report, end, prove, None if resumption is None else resumption.until))

@@ -49,11 +49,15 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.motion.quiet_ends import QuietEnds
     from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
+    from bsm_mesh.solve.zones.fills import Fill
+    from bsm_mesh.solve.zones.joint_history import JointHistory
+    from bsm_mesh.solve.zones.zones_state import ZonesMemory
     from bsm_mesh.space import PointHistory, PolygonPoints
 
     listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
     others = (FaceWater, FlowState, LinearState, LoopState, Pace, PointForces, ShakingMemory, StageProgress, StepRecord)
-    return {kind.__name__: kind for kind in (*listed, *others, PointHistory, PolygonPoints, QuietEnds)}
+    of_zones = (Fill, JointHistory, ZonesMemory)
+    return {kind.__name__: kind for kind in (*listed, *others, *of_zones, PointHistory, PolygonPoints, QuietEnds)}
 
 
 def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -> None:

@@ -6,6 +6,7 @@ from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.strength import joints_and_rocks_at, resolved
+from bsm_mesh.model.water import Water
 
 
 def model_in_stage(model: Model, number: int) -> Model:
@@ -52,6 +53,12 @@ def strength_in_stage(model: Model, number: int) -> dict[str, float]:
     for stage in model.stages[:number]:
         strength |= resolved(model, stage.strength)
     return strength
+
+
+def water_in_stage(model: Model, number: int) -> Water | None:
+    """Return the water in a stage: that of the last one so far which changed it."""
+    stages = model.stages[:number]
+    return next((stage.water for stage in reversed(stages) if stage.water is not None), model.water)
 
 
 def model_up_to(model: Model, number: int) -> Model:

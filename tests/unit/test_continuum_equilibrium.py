@@ -16,7 +16,8 @@ from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.equilibrium import BALANCED, find_equilibrium
 from bsm_mesh.solve.zones.mesh import Discretization
-from bsm_mesh.solve.zones.stages import Continuum, _Run
+from bsm_mesh.solve.zones.stage_run import StageRun
+from bsm_mesh.solve.zones.stages import Continuum
 from tests.scenes.continuum import HEAVY
 from tests.scenes.models import framed, model_of
 from tests.scenes.shapes import grid, rectangle, square
@@ -47,7 +48,7 @@ def stack(law, tension=0.0, **fields):
 
 def equations(model, order):
     continuum = Continuum(model, Discretization(order=order, joints=True))
-    run = _Run(continuum, np.tile(np.eye(3) * 30e9, (continuum.mesh.mesh.t.shape[1], 1, 1)))
+    run = StageRun(continuum, np.tile(np.eye(3) * 30e9, (continuum.mesh.mesh.t.shape[1], 1, 1)))
     there = np.ones(model.blocks.count, dtype=bool)
     return continuum, run.equations(there, run._loads(there))
 

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,7 @@ from tests.scenes.shaken import block_on_plane, quake
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import tree
 from tests.scenes.steps import begun
+from tests.unit.test_zones import BOLT, CASES, GNEISS, RIGID, wall
 
 pytestmark = [pytest.mark.robust, pytest.mark.filterwarnings("ignore::bsm_mesh.errors.MeshWarning")]
 
@@ -195,6 +197,32 @@ def test_joints_that_in_situ_stress_closed_and_that_are_open_at_a_checkpoint(tmp
     for copy in copies:
         interrupted(model.parent, copy)
         bsm.run(model, output=out, resume=True)
+        assert content(out) == wanted
+
+
+@pytest.mark.usefixtures("at_every_step")
+@pytest.mark.parametrize("case", ["stages", "in situ"])
+def test_stages_of_blocks_with_zones(tmp_path: Path, left: list[Path], case: str) -> None:
+    """Rock that yields, joints, bolts, held excavation forces, water and rock put back are in the checkpoint."""
+    zones = bsm.Zones(size=0.5, law="mohr_coulomb", dilation=10.0)
+    soft = replace(GNEISS, cohesion=6e4, friction=30.0, tensile_strength=3e4, zones=zones)
+    part, away, back = CASES["stages"]["stages"]
+    stages = [part, bsm.Stage(name="weak", strength={"J1": 0.9, "rock:gneiss": 0.9}), away, replace(back, loads=())]
+    bolts = [BOLT, replace(BOLT, start=(0.2, 1.9), end=(0.8, 0.1), stage="part")]
+    built = wall(rocks=[soft, RIGID], **{**CASES[case], "stages": stages, "bolts": bolts})
+    model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
+    model.parent.mkdir()
+    for name, write in files_of_model(built, bsm.Options()).items():
+        write(model.parent / name)
+    whole = bsm.run(model, output=out)
+    assert (whole.status, len(whole.stages)) == ("stable", 5)
+    wanted, copies = content(out), list(left)
+    assert len(copies) >= 5
+    for number, copy in enumerate(copies):
+        interrupted(model.parent, copy)
+        seen: list[bsm.results.StepRecord] = []
+        bsm.run(model, output=out, resume=True, observer=seen.append)
+        assert [step.stage for step in seen] == list(range(number + 1, 5))
         assert content(out) == wanted
 
 

@@ -14,7 +14,8 @@ from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.results import BoltStatus
 from bsm_mesh.solve.zones.mesh import Discretization
-from bsm_mesh.solve.zones.stages import Continuum, _Run
+from bsm_mesh.solve.zones.stage_run import StageRun
+from bsm_mesh.solve.zones.stages import Continuum
 from tests.scenes.continuum import bolted
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, rectangle
@@ -196,7 +197,7 @@ def test_tangent_is_the_derivative(order):
     continuum = Continuum(
         model.replace(blocks=framed(model.blocks, 3.0, 3.0)), Discretization(order=order, joints=True)
     )
-    embedded = _Run(continuum, np.tile(np.eye(3), (continuum.mesh.mesh.t.shape[1], 1, 1))).state.bolts
+    embedded = StageRun(continuum, np.tile(np.eye(3), (continuum.mesh.mesh.t.shape[1], 1, 1))).state.bolts
     rng = np.random.default_rng(3)
     u = 1e-3 * rng.standard_normal(continuum.basis.N)
     at = embedded.evaluate(u)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.solve.algebra.line_search import Decrease
 from bsm_mesh.solve.algebra.mixed_precision import WORTH_REPEATING
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
@@ -71,11 +72,10 @@ def line_search(step: StepEquations, here: Residual, correction: FloatArray) -> 
     """
     size = step.movement(correction)
     part = min(1.0, step.max_movement / size) if size > 0 else 1.0
-    tried = []
+    tried, decrease = [], Decrease(here.l2_norm)
     for _ in range(SETTINGS.max_halvings + 1):
-        there = step.residual_at(step.moved_by(here.position, part * correction), here.weight)
-        tried.append(there)
-        if there.l2_norm < here.l2_norm:
-            return there
+        tried.append(step.residual_at(step.moved_by(here.position, part * correction), here.weight))
+        if decrease.reached(tried[-1].l2_norm, part):
+            break
         part /= 2
-    return min(tried, key=lambda residual: np.nan_to_num(residual.l2_norm, nan=np.inf))
+    return tried[decrease.chosen]

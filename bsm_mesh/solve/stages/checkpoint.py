@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
+
+import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.flow.coupling import FlowState
@@ -45,6 +47,8 @@ class StageProgress:
 class Checkpoint:
     """The state of a run between two steps or two stages, in the numbers of the whole.
 
+    Of blocks with zones the scheme carries all that follows `present`.
+
     Attributes
     ----------
     finished : int
@@ -70,15 +74,20 @@ class Checkpoint:
     """
 
     finished: int
-    stage: StageProgress | None
+    stage: StageProgress | None = None
     scheme: object
     present: BoolArray
-    bar_forces: FloatArray
-    origin: FloatArray
-    forces: tuple[PointForces, ...]
-    unreleased: tuple[tuple[PointForces, float], ...]
-    fallen: tuple[int, ...]
+    bar_forces: FloatArray = field(default_factory=lambda: np.zeros(0))
+    origin: FloatArray = field(default_factory=lambda: np.zeros(0))
+    forces: tuple[PointForces, ...] = ()
+    unreleased: tuple[tuple[PointForces, float], ...] = ()
+    fallen: tuple[int, ...] = ()
     flow: FlowState | None = None
+
+    @property
+    def last_stage(self) -> int:
+        """Number of the stage under way, or of the last finished."""
+        return self.finished if self.stage is not None else max(0, self.finished - 1)
 
 
 Keep: TypeAlias = Callable[[Callable[[], Checkpoint], bool], None]

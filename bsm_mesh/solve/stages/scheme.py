@@ -10,10 +10,12 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.records import StageResult, StepRecord
+from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 
 Reporter = Callable[[str], None]
 Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
@@ -21,6 +23,28 @@ Prover = Callable[[Model, IntArray], Proof]  # whether it can be at rest as give
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
 Recording = Callable[[Callable[[], StageResult]], tuple[float, ...]]  # values of the histories as a stage stands
 Finished = Callable[[tuple[StageResult, ...]], None]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Watchers:
+    """Callbacks of the stages.
+
+    Attributes
+    ----------
+    observer : callable
+        Gets every step.
+    check : callable
+        Says what speaks against a stage at rest.
+    prove : callable
+        Says whether forces within strength balance the loads of a model, of which some blocks fall.
+    record : callable
+        Measures the histories.
+    """
+
+    observer: Observer
+    check: Checker
+    prove: Prover
+    record: Recording
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,6 +63,7 @@ class Outcome:
 class Scheme(Protocol):
     """A scheme, as used by the stages."""
 
+    options: Options
     linear_solver: str
     in_rows: bool
     """Whether its contacts are those of the start, two a face."""
@@ -76,3 +101,31 @@ class Scheme(Protocol):
         accepted: Callable[[], None],
     ) -> Outcome:
         """Return the submodel in equilibrium or collapse, and keep its state; `accepted` is called between steps."""
+
+
+class Stages(Protocol):
+    """The stages of a model, as `solve_stages` goes through them."""
+
+    name: str
+    """Of the scheme."""
+
+    @property
+    def linear_solver(self) -> str:
+        """Name of the solver used."""
+
+    def start(self) -> None:
+        """Begin at the start."""
+
+    def recall(self, begun: Checkpoint) -> None:
+        """Begin at a checkpoint."""
+
+    def solution(
+        self, number: int, before: StageResult | None, progress: StageProgress | None
+    ) -> Callable[[], StageResult]:
+        """Return what solves a stage after the one before, or one under way, to its end or to a failure."""
+
+    def end(self, number: int) -> None:
+        """End a stage."""
+
+    def checkpoint(self, finished: int) -> Checkpoint:
+        """Return the checkpoint after so many finished stages."""

@@ -26,7 +26,7 @@ from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
-from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Prover, Recording, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Scheme, Watchers
 from bsm_mesh.solve.stages.shaken import notes_on_shaking
 
 
@@ -40,30 +40,21 @@ class Analysis:
         The whole.
     scheme : Scheme
         Keeps the state of contacts and blocks.
-    observer : callable
-        Gets every step.
-    check : callable
-        Says what speaks against a stage at rest.
-    prove : callable
-        Says whether forces within strength balance the loads of a model, of which some blocks fall.
+    watchers : Watchers
+        Get every step, check and measure it.
     falls : Falls
         The treatment of unstable blocks.
     keep : callable
         Gets a checkpoint after every step.
-    record : callable
-        Measures the histories.
     flow : FlowCoupling or None
         Flow in the joints.
     """
 
     model: Model
     scheme: Scheme
-    observer: Observer
-    check: Checker
-    prove: Prover
+    watchers: Watchers
     falls: Falls
     keep: Keep
-    record: Recording
     flow: FlowCoupling | None = None
 
 
@@ -205,7 +196,7 @@ class StageSolution:
         state.bar_forces[part.bar] = outcome.bar_forces
         if self._start_residual is None:
             self._start_residual = outcome.stage.start_residual
-        stage = confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.check)
+        stage = confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.watchers.check)
         if not run.falls.takes_away(outcome.small):
             stage, is_settled = self._with_flow(stage)
             return stage if is_settled else None
@@ -287,7 +278,7 @@ class StageSolution:
             return Proof(text=f"no proof was sought: blocks moved by {moved:.3g} m before")
         part = self._submodel()
         there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
-        proof = run.prove(there, np.searchsorted(part.block, down).astype(np.int32))
+        proof = run.watchers.prove(there, np.searchsorted(part.block, down).astype(np.int32))
         return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 
     def _watch(self, part: SubModel) -> Observer:
@@ -299,9 +290,9 @@ class StageSolution:
                 moved[part.block] = now.displacement
                 return self._placed(now, part, moved)
 
-            recorded = self._run.record(as_it_stands)
+            recorded = self._run.watchers.record(as_it_stands)
             self._steps.append(replace(record, stage=self._number, step=len(self._steps), recorded=recorded))
-            self._run.observer(self._steps[-1], as_it_stands)
+            self._run.watchers.observer(self._steps[-1], as_it_stands)
 
         return watch
 

@@ -6,24 +6,22 @@ balance the loads within strength, none do in zones.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.model.loads import PointForces
-from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.movements import angles, distances
-from bsm_mesh.results.evidence import LATER_BOLTS, Proof
+from bsm_mesh.results.evidence import LATER_BOLTS
 from bsm_mesh.results.records import StageResult, Status
+from bsm_mesh.solve.stages.scheme import Prover
 from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.stages import Continuum
 from bsm_mesh.solve.zones.system import refuse_loose
 
-Prover = Callable[[Model, IntArray], Proof]
 PROVED = "no equilibrium was found in the zones, and none exists: no forces within strength balance the loads"
 
 

@@ -23,6 +23,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
 from bsm_mesh.solve.zones.points import sampling
@@ -156,6 +157,10 @@ class EmbeddedBolts:
             return replace(self, bolts=self.bolts.commit(at))
         state = ElasticState(position=self._position(u), tension=at.tension, shear=at.dowels.force)
         return replace(self, elastic=state)
+
+    def recalled(self, memory: BoltMemory) -> EmbeddedBolts:
+        """Return a copy of bolts that slip, slacken and yield, with a memory."""
+        return replace(self, bolts=memory.recalled(self.bolts))
 
     def record(self, model: Model, at: BoltEvaluation) -> BoltForces:
         """Return the record of the forces, as of the bolts between rigid blocks."""

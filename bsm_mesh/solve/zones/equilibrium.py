@@ -11,11 +11,6 @@ Where many points of joints slip or part at once Newton is helped in five ways:
 * Where rock yields, so is a part of its own elastic stiffness, up to all of it.
 * If that leads nowhere, friction is frozen at the pressures reached, the convex problem that this leaves is solved, and
   Newton continues.
-
-References
-----------
-Grippo, Lampariello & Lucidi (1986), A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal.
-23(4), 707-716.
 """
 
 from __future__ import annotations
@@ -29,6 +24,7 @@ import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.solve.algebra.line_search import Decrease
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState, remember
@@ -280,16 +276,14 @@ def _shortened(
 ) -> tuple[Iterate, float]:
     """Return the state after a part of a correction: the first with a residual well below `most`, else the best."""
     correction, multipliers = equations.free.solve(equations.tangent(at, regularization), at.residual, at.u)
-    best: tuple[Iterate, float] | None = None
     allowed = equations.allowed(correction)
+    tried, decrease = [], Decrease(most, ENOUGH)
     for part in (allowed * part for part in parts):
         new = equations.at(at.u + part * correction, at.multipliers + part * (multipliers - at.multipliers))
-        if best is None or new.norm < best[0].norm:
-            best = new, part
-        if new.norm < (1 - ENOUGH * part) * most:
-            return new, part
-    assert best is not None
-    return best
+        tried.append((new, part))
+        if decrease.reached(new.norm, part):
+            break
+    return tried[decrease.chosen]
 
 
 def _with_frozen_friction(equations: Equations, at: Iterate) -> Iterate:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-
-import numpy as np
+from functools import partial
 
 from bsm_mesh.errors import ModelError, named_stage, raise_faults
 from bsm_mesh.model.model import Model
@@ -14,16 +13,19 @@ from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.model.zones import zone_order
-from bsm_mesh.results.records import StageResult, Status
-from bsm_mesh.solve.zones.collapse import Prover, with_proof
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
+from bsm_mesh.solve.stages.scheme import Watchers
+from bsm_mesh.solve.stages.solution import confirmed
+from bsm_mesh.solve.zones.collapse import with_proof
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.mesh import Discretization
 from bsm_mesh.solve.zones.stage_result import Before, stage_result
-from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.stage_run import StageRun
 from bsm_mesh.solve.zones.stages import Continuum
 from bsm_mesh.solve.zones.zone_mesh import zone_mesh
+from bsm_mesh.solve.zones.zones_state import ZonesMemory
 
-SCHEME = "zones"
 SOLVER = "superlu"
 
 
@@ -48,15 +50,8 @@ def zoned(model: Model, options: Options) -> Continuum:
     return Continuum(model, elements, mesh=zone_mesh(model))
 
 
-def solve_zones(
-    model: Model,
-    options: Options,
-    report: Callable[[str], None],
-    finished: Callable[[StageResult], StageResult],
-    prove: Prover,
-    until: int | None = None,
-) -> tuple[StageResult, ...]:
-    """Return the results of all stages up to the first that is not at rest.
+class ZoneStages:
+    """The stages of a model with zones.
 
     Parameters
     ----------
@@ -64,53 +59,69 @@ def solve_zones(
         Some of its rocks have zones.
     options : Options
         Tolerance.
-    report : callable
-        Gets the name of each task.
-    finished : callable
-        Gets every stage and returns it as it is kept.
-    prove : callable
-        Says whether forces within strength balance the loads of a model, of which some blocks fall.
-    until : int, optional
-        Number of the last stage; None: of the model.
+    watchers : Watchers
+        Get the step of every stage, check and measure it.
+
+    Attributes
+    ----------
+    name : str
+        Of the scheme.
+    linear_solver : str
+        Name of the solver used.
 
     Raises
     ------
     ModelError
         If the model cannot be analysed.
     """
-    report("zones")
-    continuum = zoned(model, options)
-    results: list[StageResult] = []
-    before = Before(continuum.presence[0], np.zeros((model.blocks.count, 3)), continuum.seconds, 0.0)
-    began = time.perf_counter() - continuum.seconds
-    last = len(model.stages) if until is None else until
-    ends = continuum.ends(nominal_constants(model), 1 + last)
-    for number, end in enumerate(_named(ends, model, report)):
-        before = replace(before, seconds=time.perf_counter() - began)
-        stage = stage_result(continuum, end, before, number, options.tolerance)
-        stage = with_proof(continuum, end, stage, number, prove)
+
+    name, linear_solver = "zones", SOLVER
+
+    def __init__(self, model: Model, options: Options, watchers: Watchers) -> None:
+        self._model, self._tolerance, self._watchers = model, options.tolerance, watchers
+        self._began = time.perf_counter()
+        self._continuum = zoned(model, options)
+        self._run = StageRun(self._continuum, nominal_constants(model).stiffness[self._continuum.mesh.block])
+
+    def start(self) -> None:
+        """Begin at the start."""
+
+    def recall(self, begun: Checkpoint) -> None:
+        """Begin at a checkpoint."""
+        memory = begun.scheme
+        assert isinstance(memory, ZonesMemory)
+        self._run.recall(memory, begun.last_stage)
+
+    def solution(
+        self, number: int, before: StageResult | None, progress: StageProgress | None
+    ) -> Callable[[], StageResult]:
+        """Return what solves a stage after the one before; none is ever under way at a checkpoint."""
+        return partial(self._solved, number, before)
+
+    def _solved(self, number: int, before: StageResult | None) -> StageResult:
+        of, model, watchers = self._continuum, self._model, self._watchers
+        try:
+            end = self._run.end_of(number)
+        except ModelError as error:
+            if number == 0:
+                raise
+            name = named_stage(model.stages[number - 1].name)
+            raise ModelError([f"{name}: {text}" for text in error.faults]) from error
+        start = Before.of(before, of.presence[0], time.perf_counter() - self._began)
+        stage = stage_result(of, end, start, number, self._tolerance)
+        stage = confirmed(with_proof(of, end, stage, number, watchers.prove), watchers.check)
         if number == 0:
             stage = replace(stage, notes=tuple(notes_of(model)))
-        stage = finished(stage)
-        results.append(stage)
-        if stage.status is not Status.STABLE:
-            break
-        before = Before(stage.present, stage.origin + stage.displacement, 0.0, stage.reference_weight)
-        began = time.perf_counter()
-    return tuple(results)
+        recorded = watchers.record(lambda: stage)
+        stage = replace(stage, steps=tuple(replace(step, recorded=recorded) for step in stage.steps))
+        for step in stage.steps:
+            watchers.observer(step, lambda: stage)
+        return stage
 
+    def end(self, number: int) -> None:
+        """End a stage."""
+        self._began = time.perf_counter()
 
-def _named(ends: Iterator[StageEnd], model: Model, report: Callable[[str], None]) -> Iterator[StageEnd]:
-    """Yield the ends of stages; faults in one have its name."""
-    for stage in (None, *model.stages):
-        if stage is not None:
-            report(named_stage(stage.name))
-        try:
-            end = next(ends, None)
-        except ModelError as error:
-            if stage is None:
-                raise
-            raise ModelError([f"{named_stage(stage.name)}: {text}" for text in error.faults]) from error
-        if end is None:
-            return
-        yield end
+    def checkpoint(self, finished: int) -> Checkpoint:
+        """Return the checkpoint after so many finished stages."""
+        return Checkpoint(finished=finished, scheme=self._run.memory, present=self._continuum.presence[finished - 1])

@@ -41,6 +41,13 @@ class Before:
     seconds: float
     reference: float
 
+    @classmethod
+    def of(cls, stage: StageResult | None, present: BoolArray, seconds: float) -> Before:
+        """Return the end of the stage before; None: the start with the blocks (n,) that are there."""
+        if stage is None:
+            return cls(present, np.zeros((len(present), 3)), seconds, 0.0)
+        return cls(stage.present, stage.origin + stage.displacement, seconds, stage.reference_weight)
+
 
 def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tolerance: float) -> StageResult:
     """Return balance, means over blocks, zones and verdict at the end of a stage.

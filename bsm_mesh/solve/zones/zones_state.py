@@ -9,6 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.fills import Fill
 from bsm_mesh.solve.zones.ground import PoreWater
@@ -38,3 +39,60 @@ class ZonesState:
         self.unreleased = [(forces, max(released, part)) for forces, released in self.unreleased]
         self.unreleased = [(forces, released) for forces, released in self.unreleased if released < 1]
         return sum(((1 - released) * forces for forces, released in self.unreleased), np.zeros_like(self.u))
+
+    def recall(self, memory: ZonesMemory) -> None:
+        """Take the state variables of a memory."""
+        self.u, self.origin, self.history = memory.u, memory.origin, memory.history
+        self.bolts = None if self.bolts is None or memory.bolts is None else self.bolts.recalled(memory.bolts)
+        self.pressures, self.relief = memory.pressures, memory.relief
+        self.unreleased, self.fills = list(memory.unreleased), memory.fills
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ZonesMemory:
+    """State variables at the end of a stage; all else follows from the model.
+
+    Attributes
+    ----------
+    u, origin : (N,) float64 [m]
+        Displacements, and those from which results count.
+    history : JointHistory or None
+        Of the joints.
+    bolts : BoltMemory or None
+        Of the bolts.
+    pressures : float64 [N/m]
+        Of stages on new faces.
+    relief : (c, i, 4) float64 [Pa]
+        Of rock that yields.
+    unreleased : tuple of ((N,) float64 [N/m], float)
+        Excavation forces, and the part of each that is released.
+    fills : tuple of Fill
+        Rock that was put back.
+    reactions : (N,) float64 [N/m]
+        Of supports that hold blocks or points between nodes.
+    """
+
+    u: FloatArray
+    origin: FloatArray
+    history: JointHistory | None
+    bolts: BoltMemory | None
+    pressures: FloatArray
+    relief: FloatArray
+    unreleased: tuple[tuple[FloatArray, float], ...]
+    fills: tuple[Fill, ...]
+    reactions: FloatArray
+
+    @classmethod
+    def of(cls, state: ZonesState, reactions: FloatArray) -> ZonesMemory:
+        """Return the memory of a state, with the reactions (N,) [N/m]."""
+        return cls(
+            u=state.u,
+            origin=state.origin,
+            history=state.history,
+            bolts=None if state.bolts is None else BoltMemory.of(state.bolts.bolts),
+            pressures=state.pressures,
+            relief=state.relief,
+            unreleased=tuple(state.unreleased),
+            fills=state.fills,
+            reactions=reactions,
+        )

@@ -1,0 +1,296 @@
+"""The stages of one continuum with one set of elastic constants, from the start or from a memory."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
+from bsm_mesh.model.stages import INITIAL, Stage
+from bsm_mesh.model.water import Water
+from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
+from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
+from bsm_mesh.solve.zones.fills import Fill
+from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stress, pore_water, seepage_forces
+from bsm_mesh.solve.zones.joint_points import slip_path_after
+from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
+from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
+from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
+from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.supports import held_displacements
+from bsm_mesh.solve.zones.system import FreeUnknowns, loose_parts
+from bsm_mesh.solve.zones.tangents import Tangents
+from bsm_mesh.solve.zones.zones_state import ZonesMemory, ZonesState
+
+if TYPE_CHECKING:
+    from bsm_mesh.solve.zones.stages import Continuum
+
+PARTS = 4  # of the unbalanced force, one after the other, where all at once leads nowhere
+MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
+WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
+
+
+class StageRun:
+    """The stages of one continuum with one set of elastic constants (t, 3, 3) [Pa], one after the other."""
+
+    def __init__(self, continuum: Continuum, stiffness: FloatArray) -> None:
+        self.of, self.stiffness = continuum, stiffness
+        self.rock = RockStiffness(continuum.basis, stiffness)
+        model, basis, joints = continuum.model, continuum.basis, continuum.joints
+        water = self._water(model.water)
+        self.initial_stress = initial_stress(model, continuum.mesh, basis, water)
+        history = None if joints is None else initial_history(model, joints, water)
+        zero = np.zeros(basis.N)
+        bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
+        none = np.zeros(continuum.loaded[1].N)
+        self.plastic = PlasticCells(model, basis, continuum.mesh.block, stiffness)
+        relief, loads = self.plastic.nothing(), model.acting_loads
+        self.state = ZonesState(model, zero, zero, joints, history, bolts, loads, water, none, relief)
+        self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
+        self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
+
+    @property
+    def memory(self) -> ZonesMemory:
+        """State variables at the end of a stage."""
+        return ZonesMemory.of(self.state, self.reactions)
+
+    def recall(self, memory: ZonesMemory, number: int) -> None:
+        """Continue after a stage, by its number, with its memory."""
+        of, state = self.of, self.state
+        state.recall(memory)
+        self.reactions = memory.reactions
+        state.model = model_in_stage(of.model, number)
+        state.joints = None if state.joints is None else state.joints.with_strength_of(state.model)
+        stages = of.model.stages[:number]
+        state.loads = (*state.loads, *(load for stage in stages for load in of.model.worked_out(stage.loads)))
+        state.water = self._water(water_in_stage(of.model, number))
+
+    def end_of(self, number: int, near: FloatArray | None = None) -> StageEnd:
+        """Return the end of a stage; its last part begins near positions (n, 3) [m, m, rad], if any are given."""
+        of, self.near = self.of, near
+        if number == 0:
+            return self._first(of.presence[0])
+        return self._next(of.model.stages[number - 1], number, of.presence[number - 1], of.presence[number])
+
+    def _first(self, present: BoolArray) -> StageEnd:
+        """Return the state before the first stage."""
+        self._wet()
+        if self.state.bolts is not None:
+            self.state.bolts = self.state.bolts.without(~present)
+        end = self._solved(INITIAL, present, (1.0,))
+        if self.of.model.in_situ is not None:
+            self.state.origin = self.state.u
+        return end
+
+    def _next(self, stage: Stage, number: int, before: BoolArray, present: BoolArray) -> StageEnd:
+        """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
+        state, of = self.state, self.of
+        stays = before & present
+        equations = self.equations(stays, self._loads(stays))
+        old = equations.at(state.u, equations.free.none)
+        excavation = old.residual - state.held_back(0.0) - self.reactions
+        state.unreleased.append((excavation, 0.0))
+        state.model = model_in_stage(of.model, number)
+        if state.joints is not None:
+            state.joints = state.joints.with_strength_of(state.model)
+        if (present & ~before).any():
+            self._fill(stays, present & ~before)
+        if state.bolts is not None:
+            state.bolts = state.bolts.install(number, state.u).without(~present)
+        if stage.pressure:
+            leaves = before & ~of.as_planned[number]
+            state.pressures = state.pressures + pressure_on_new_faces(*of.loaded, stays, leaves, stage.pressure)
+        state.loads = (*state.loads, *of.model.worked_out(stage.loads))
+        if stage.water is not None:
+            state.water = self._water(stage.water)
+            self._wet()
+        return self._solved(stage.name, present, stage.relaxation)
+
+    def _fill(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Put blocks (n,) back as they were given, without stress and without force in their joints."""
+        state, of = self.state, self.of
+        fresh = np.zeros(of.basis.N, dtype=bool)
+        fresh[of.basis.element_dofs[:, comes[of.mesh.block]]] = True
+        fresh[of.basis.element_dofs[:, stays[of.mesh.block]]] = False
+        state.u, state.origin = np.where(fresh, 0.0, state.u), np.where(fresh, 0.0, state.origin)
+        state.relief = np.where(comes[self.plastic.block][:, None, None], 0.0, state.relief)
+        state.fills = (*(fill.without(comes) for fill in state.fills), Fill(blocks=comes, u=state.u))
+        if state.joints is not None and state.history is not None:
+            state.history = state.joints.put_back(state.history, stays, comes, state.u)
+
+    def _water(self, water: Water | None) -> PoreWater | None:
+        return pore_water(self.of.model, water, self.of.basis, self.of.joints)
+
+    def _wet(self) -> None:
+        """Put the water's own pressure into the joints."""
+        state, joints = self.state, self.state.joints
+        if joints is not None and state.history is not None and state.water is not None:
+            state.history = replace(state.history, water=joints.lumped(state.water.beyond_table))
+
+    def _solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
+        state, of = self.state, self.of
+        cells = np.flatnonzero(present[of.mesh.block]).astype(np.int32)
+        here = np.zeros(of.basis.N, dtype=bool)
+        here[of.basis.element_dofs[:, cells]] = True
+        both = here[of.ties].all(axis=0)
+        loads = self._loads(present)
+        equations = self.equations(present, loads)
+        held = equations.free.supports
+        for part in parts:
+            held_back = state.held_back(part)
+            equations = replace(equations, load=equations.load - held_back)
+            at, converged = equations.at(state.u, equations.free.none), False
+            loose = loose_parts(held, of.basis, cells, of.ties[:, both], at.residual)
+            if loose:
+                break
+            if self.near is not None and part == parts[-1]:
+                state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
+                equations = broken_at(equations, state.u)
+            equations, at, converged = self._reached(equations)
+            equations = replace(equations, load=equations.load + held_back)
+            state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
+            if equations.plastic is not None:
+                state.relief = equations.plastic.relief
+            if not converged:
+                break
+        self.reactions = held.rows.T @ at.multipliers
+        return StageEnd(
+            name=name,
+            converged=converged,
+            present=present,
+            u=at.u,
+            origin=state.origin,
+            fills=state.fills,
+            at=at,
+            bolts=equations.bolts,
+            loose=loose,
+            stiffness=self.stiffness,
+            initial_stress=self.initial_stress,
+            water=state.water,
+            load=loads,
+            held_back=held_back,
+            acting=state.loads,
+            pressures=state.pressures,
+            history=equations.history,
+            model=state.model,
+            rock=self.rock,
+            plastic=equations.plastic,
+            unknowns=equations.free.free.size,
+            solutions=equations.free.solutions,
+        )
+
+    def _reached(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
+        """Return equilibrium, sought at once and, where that fails, in parts of the unbalanced force."""
+        u = self.state.u
+        first = self._settled(equations)
+        if first[2]:
+            return first
+        out_of_balance = equations.at(u, equations.free.none).residual
+        self.state.u, now = u, equations
+        for part in range(1, PARTS + 1):
+            held_back = (1 - part / PARTS) * out_of_balance
+            now, at, converged = self._settled(replace(now, load=equations.load - held_back))
+            if not converged:
+                return first
+            self.state.u = at.u
+        return now, at, True
+
+    def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
+        """Return equilibrium once no more points of joints fail or wear, and the equations with the kept part of it.
+
+        Where failing takes force away the others take it over from where they are then, as blocks do from step to step.
+        """
+        start = equations.history
+        for _ in range(MAX_FAILURES):
+            at, converged = find_equilibrium(equations, self.state.u)
+            if equations.are_linear:
+                refuse_unsolved(at)
+                converged = True
+            history = equations.history
+            joints = equations.joints
+            if not converged:
+                break
+            if history is None or start is None or joints is None or at.state is None:
+                equations = equations.after(at, None)
+                break
+            path = slip_path_after(start, at.state)
+            wears = np.abs(path - history.slip_path) > WORN * joints.wear_length
+            if (at.state.failed == history.failed).all() and not wears.any():
+                equations = equations.after(at, path)
+                break
+            self.state.u = at.u
+            failed = replace(history, failed=at.state.failed, parted=at.state.parted)
+            if replace(equations, history=failed).at(at.u, at.multipliers).is_balanced:
+                equations = replace(equations, history=replace(failed, slip_path=path))
+            else:
+                equations = equations.after(at, path)
+                start = equations.history
+        else:
+            converged = False
+        return equations, at, converged
+
+    def _loads(self, present: BoolArray) -> FloatArray:
+        """Return weights, loads and water on the rock that is there, on the unknowns of `loaded`."""
+        state, (mesh, basis, _) = self.state, self.of.loaded
+        loads = load_vector(state.model, mesh, basis, state.loads, present) + state.pressures
+        if state.water is None:
+            return loads
+        water = seepage_forces(state.water, present, mesh, basis)
+        if self.of.apart is not None:
+            water = water + self.of.apart.left_of_water(state.water, water, state.history, present)
+        return loads + water
+
+    def equations(self, present: BoolArray, loads: FloatArray) -> Equations:
+        """Return the equations of the rock that is there under loads, as `_loads` returns them."""
+        of, state = self.of, self.state
+        history, on = state.history, present[of.mesh.block]
+        load = of.merged(loads)
+        virgin = on.copy()
+        for fill in state.fills:
+            filled = on & fill.blocks[of.mesh.block]
+            load = load + self.rock.of(filled) @ fill.u
+            virgin &= ~filled
+        if self.initial_stress is not None:
+            load = load - forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
+        held = held_displacements(of.model, of.mesh, of.basis, of.averages, present)
+        idle = np.ones(of.basis.N, dtype=bool)
+        idle[of.basis.element_dofs[:, on]] = False
+        if state.joints is not None and history is not None:
+            first, second = state.joints.block.T
+            history = replace(history, present=present[first] & present[second])
+        stiffness, free, joints = self.rock.of(on), FreeUnknowns(held, idle), state.joints
+        opening, slip = (None, None) if joints is None else (joints.opening_rows, joints.slip_rows)
+        return Equations(
+            stiffness=stiffness,
+            load=load,
+            free=free,
+            joints=joints,
+            history=history,
+            bolts=state.bolts,
+            plastic=self._plastic(present, virgin),
+            tangents=Tangents(stiffness, opening, slip, free),
+            size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
+        )
+
+    def _plastic(self, present: BoolArray, virgin: BoolArray) -> PlasticRock | None:
+        """Return the rock that yields; its cells that are `virgin` (t,) have the in-situ stress."""
+        of, state = self.plastic, self.state
+        if not len(of.cells):
+            return None
+        initial, nodes = of.nothing(), np.zeros_like(of.at_nodes(state.u))
+        if self.initial_stress is not None:
+            xx, yy, xy = self.initial_stress[:, of.cells] * virgin[of.cells, None]
+            initial = np.stack([xx, yy, xy, xx], axis=-1)  # as much across the plane as along it
+        for fill in state.fills:
+            nodes += of.at_nodes(fill.u) * fill.blocks[of.block][:, None, None]
+        return PlasticRock(
+            of=of,
+            strength=strength_of(state.model, of),
+            there=present[of.block],
+            initial=initial,
+            without_strain=nodes,
+            relief=state.relief,
+        )
