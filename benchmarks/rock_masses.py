@@ -12,18 +12,22 @@ import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import bsm_mesh as bsm
+from benchmarks.pages import add_into, tell
 from bsm_mesh.geometries import three_d
 from bsm_mesh.geometries.orientations import upward_normals
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
+from examples.numbers.pages import markdown
 
+MAKER = "python -m benchmarks.rock_masses"
 SIDE = 10.0  # m
 FREE = {"slope": ("south", "top"), "roof": ("bottom",)}
 FRICTIONS = (20.0, 30.0, 40.0)  # degrees
@@ -86,32 +90,51 @@ def judged(seed: int) -> dict[str, Any]:
     told["moves"] = moved.tolist()
     told["named"] = int((named.round > 0).sum())
     told["not_named"] = not_named = np.setdiff1d(moved, named.block[named.round > 0]).tolist()
-    told["alone"] = [_alone(model, block) for block in not_named]
+    if not_named:
+        told["alone"] = _alone(model, not_named)
+        factors = dict(zip(named.block.tolist(), named.factor.tolist(), strict=True))
+        told["factors"] = [round(factors[block], 2) if block in factors else None for block in not_named]
     return told
 
 
-def _alone(model: bsm.Model, block: int) -> str:
-    """Return the verdict of a block whose neighbours are all fixed."""
-    others = np.delete(np.arange(model.blocks.count), block).tolist()
-    return str(bsm.run(model.replace(supports=[bsm.Fixed(blocks=others)]), bsm.Options(threads=1)).status)
+def _alone(model: bsm.Model, blocks: Sequence[int]) -> tuple[str, float]:
+    """Return the verdict of some blocks whose neighbours are all fixed, and their greatest turn [rad]."""
+    others = np.delete(np.arange(model.blocks.count), blocks).tolist()
+    fixed = model.replace(supports=[bsm.Fixed(blocks=others)])
+    stage = bsm.run(fixed, bsm.Options(threads=1)).stages[-1]
+    return str(stage.status), round(float(np.linalg.norm(stage.displacement[blocks, 3:], axis=1).max()), 3)
 
 
-def table(records: Iterable[dict[str, Any]]) -> list[str]:
-    """Return the lines of the report: models by proof and verdict, and the exceptions by seed."""
-    records = list(records)
-    counted = Counter((record["admissible"], record["verdict"]) for record in records)
-    lines = ["| limit analysis | verdict | models |", "| --- | --- | --- |"]
-    for (admissible, verdict), count in sorted(counted.items(), key=str):
-        lines.append(f"| {'admissible' if admissible else 'inadmissible'} | {verdict} | {count} |")
-    for title, chosen in (
-        ("against the proof", [r for r in records if not r["admissible"] and r["verdict"] == "stable"]),
-        ("without a verdict", [r for r in records if r["verdict"] == "not_converged"]),
-        ("move blocks that block theory does not name", [r for r in records if r["not_named"]]),
-        ("do so where the block moves alone too", [r for r in records if "unstable" in r["alone"]]),
-    ):
-        seeds = ", ".join(str(record["seed"]) for record in chosen)
-        lines.append(f"{len(chosen)} of {len(records)} {title}{': seeds ' if chosen else ''}{seeds}")
-    return lines
+def table(records: Sequence[dict[str, Any]]) -> str:
+    """Return the models by proof and verdict, the exceptions, and the blocks that block theory does not name."""
+    counts = Counter((r["kind"], r["admissible"], r["verdict"]) for r in records)
+    rows = [
+        (kind, "admissible" if admissible else "inadmissible", verdict, str(count))
+        for (kind, admissible, verdict), count in sorted(counts.items(), key=str)
+    ]
+    against = [r["seed"] for r in records if not r["admissible"] and r["verdict"] == "stable"]
+    without = [r["seed"] for r in records if r["verdict"] == "not_converged"]
+    moving = [r for r in records if r["moves"]]
+    others = [r for r in records if r["not_named"]]
+    seeds = {"against the proof": against, "without a verdict": without}
+    lines = [
+        f"{len(found)} of {len(records)} {title}" + f" (seeds {found})" * bool(found) for title, found in seeds.items()
+    ]
+    lines.append(f"{len(moving) - len(others)} of {len(moving)} move blocks only that block theory names")
+    of_others = [
+        (
+            str(r["seed"]),
+            r["kind"],
+            f"{r['friction']:g}°",
+            ", ".join(map(str, r["factors"])),
+            r["alone"][0],
+            str(r["alone"][1]),
+        )
+        for r in others
+    ]
+    header = ("seed", "kind", "friction", "factors by block theory", "alone", "turn alone [rad]")
+    first = markdown(("kind", "limit analysis", "verdict", "models"), rows)
+    return "\n\n".join([first, f"{'; '.join(lines)}. The others:", markdown(header, of_others)])
 
 
 def main() -> None:
@@ -120,6 +143,7 @@ def main() -> None:
     parser.add_argument("file", type=Path, help="file of lines that is continued")
     parser.add_argument("-n", type=int, default=500, help="models in all")
     parser.add_argument("--share", default="0/1", help="K/N: every N-th model from the K-th on")
+    add_into(parser, MAKER)
     given = parser.parse_args()
     first, step = (int(part) for part in given.share.split("/"))
     lines = given.file.read_text(encoding="utf-8").splitlines() if given.file.exists() else []
@@ -135,7 +159,8 @@ def main() -> None:
         with given.file.open("a", encoding="utf-8") as file:
             file.write(json.dumps(told) + "\n")
         print(told, file=sys.stderr, flush=True)
-    print("\n".join(table(json.loads(line) for line in given.file.read_text(encoding="utf-8").splitlines())))
+    lines = given.file.read_text(encoding="utf-8").splitlines()
+    tell(table(sorted(map(json.loads, lines), key=itemgetter("seed"))), MAKER, given.into)
 
 
 if __name__ == "__main__":
