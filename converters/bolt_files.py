@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.converters.vtk_files import Grid, spatial
-from bsm_mesh.converters.vtu_content import LINE, numbered
+from bsm_mesh.converters.vtk_library import LINE, numbered
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results

@@ -13,7 +13,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.converters.vtk_files import Grid, spatial
-from bsm_mesh.converters.vtu_content import LINE, VERTEX, numbered
+from bsm_mesh.converters.vtk_library import LINE, VERTEX, numbered
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.joint_sets import ROCK_FACE
 from bsm_mesh.results.movement import as_given, displacement_of

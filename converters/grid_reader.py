@@ -21,7 +21,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.converters.vtu_content import content_of_vtu, load_vtk
+from bsm_mesh.converters.vtk_library import content_of_vtu, load_vtk
 from bsm_mesh.errors import ModelError
 from bsm_mesh.processes import python_command
 

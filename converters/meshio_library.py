@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.converters.vtk_files import Grid, spatial
-from bsm_mesh.converters.vtu_content import LINE, POLYGON, QUADRATIC_TRIANGLE, TRIANGLE, VERTEX
+from bsm_mesh.converters.vtk_library import LINE, POLYGON, QUADRATIC_TRIANGLE, TRIANGLE, VERTEX
 
 MESHIO = "meshio"
 NAMES = ("meshlane", MESHIO)  # the first that is there reads meshes

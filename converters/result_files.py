@@ -22,7 +22,7 @@ from bsm_mesh.converters.flow_files import flow_grid
 from bsm_mesh.converters.stress_components import six_components
 from bsm_mesh.converters.three_d.stage_grids import space_grid
 from bsm_mesh.converters.vtk_files import Compression, Grid, spatial, write_pvd, write_vtu
-from bsm_mesh.converters.vtu_content import POLYGON, numbered
+from bsm_mesh.converters.vtk_library import POLYGON, numbered
 from bsm_mesh.converters.zone_files import zone_grid
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points

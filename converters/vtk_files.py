@@ -15,7 +15,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.grid_reader import read_arrays
-from bsm_mesh.converters.vtu_content import KINDS, POLYHEDRON, load_vtk, silent
+from bsm_mesh.converters.vtk_library import KINDS, POLYHEDRON, load_vtk, silent
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.reading import refuse_special

@@ -6,7 +6,7 @@ import numpy as np
 
 from bsm_mesh.converters.stress_components import six_components, tensors
 from bsm_mesh.converters.vtk_files import Grid, spatial
-from bsm_mesh.converters.vtu_content import QUADRATIC_TRIANGLE, TRIANGLE, numbered
+from bsm_mesh.converters.vtk_library import QUADRATIC_TRIANGLE, TRIANGLE, numbered
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import principal_stresses

@@ -32,7 +32,7 @@ ROOMS = {  # folders of bsm_mesh, and the test files that concern them, the fast
     "solve/step": "equations forces subdomain_newton subdomain_corrections newton regularized_newton"
     " nearby_equilibrium loop",
     "solve/methods": "newton regularized_newton subdomain_newton subdomain_corrections nearby_equilibrium loop",
-    "solve/motion": "motion_kernels relaxation following loop",
+    "solve/motion": "motion_kernels dynamic_relaxation following loop",
     "solve/continuation": "verdict confirmed loop verification/wang_iteration verification/large_displacement",
     "solve/limit": "proof verification/limit_analysis verification/strength_factor",
 }

@@ -114,7 +114,7 @@ class SavedResults:
         Its points have three coordinates where the blocks are polyhedra, else two.
         """
         from bsm_mesh.converters.vtk_files import grid_of
-        from bsm_mesh.converters.vtu_content import COMPONENTS
+        from bsm_mesh.converters.vtk_library import COMPONENTS
 
         grid = grid_of(self.content(name), self.folder / name, needs=needs, coordinates=3 if self.in_space else 2)
         arrays = [*grid.point_data.items(), *grid.cell_data.items()]

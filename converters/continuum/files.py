@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.stress_components import six_components
 from bsm_mesh.converters.vtk_files import Grid, spatial, write_vtu
-from bsm_mesh.converters.vtu_content import LINE, POLYGON, VERTEX, numbered
+from bsm_mesh.converters.vtk_library import LINE, POLYGON, VERTEX, numbered
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.submodel import some_blocks

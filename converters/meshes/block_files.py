@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bsm_mesh.converters.vtk_files import Grid, write_vtu
-from bsm_mesh.converters.vtu_content import LINE, POLYGON, numbered
+from bsm_mesh.converters.vtk_library import LINE, POLYGON, numbered
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.reading import as_path

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
-from bsm_mesh.converters.vtu_content import load_vtk, names_in
+from bsm_mesh.converters.vtk_library import load_vtk, names_in
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.edges import LongArray

@@ -16,7 +16,7 @@ from bsm_mesh.converters.bolt_files import bolt_grid
 from bsm_mesh.converters.contact_files import names_of_contacts
 from bsm_mesh.converters.three_d.vtu import block_grid, contact_grid
 from bsm_mesh.converters.vtk_files import Grid
-from bsm_mesh.converters.vtu_content import VERTEX
+from bsm_mesh.converters.vtk_library import VERTEX
 from bsm_mesh.movements import translations, turns
 from bsm_mesh.results.movement import as_given, displacement_of
 from bsm_mesh.results.records import StageResult

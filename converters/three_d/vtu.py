@@ -11,7 +11,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.vtk_files import Compression, Faces, Grid, write_vtu
-from bsm_mesh.converters.vtu_content import POLYGON, POLYHEDRON, numbered
+from bsm_mesh.converters.vtk_library import POLYGON, POLYHEDRON, numbered
 from bsm_mesh.errors import ModelError
 from bsm_mesh.movements import carried
 from bsm_mesh.reading import as_path

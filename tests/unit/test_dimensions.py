@@ -14,7 +14,7 @@ SHARED = [  # folders and files, without those of `OF_THE_PLANE`
     "solve/continuation",
     "solve/stages",
     *(f"solve/step/{name}.py" for name in ("system", "equations", "subproblem", "factorization", "attempt")),
-    *(f"solve/motion/{name}.py" for name in ("cycles", "masses", "relaxation", "following", "motion")),
+    *(f"solve/motion/{name}.py" for name in ("cycles", "masses", "dynamic_relaxation", "following", "motion")),
     *(f"solve/limit/{name}.py" for name in ("measure", "proof", "strength_factor")),
     *(
         f"solve/algebra/{name}.py"

@@ -320,7 +320,7 @@ def test_a_file_cut_off_anywhere_is_an_error(model: Any, tmp_path: Path, version
 
 def test_blocks_written_for_paraview_are_read_back_as_a_mesh(tmp_path: Path) -> None:
     from bsm_mesh.converters.vtk_files import Grid, write_vtu
-    from bsm_mesh.converters.vtu_content import POLYGON
+    from bsm_mesh.converters.vtk_library import POLYGON
 
     outlines = [POINTS[[1, 4, 5, 6, 2], :2], POINTS[[3, 2, 7], :2], POINTS[:4, :2]]
     blocks = Blocks.from_polygons(outlines, rock=["schist", "gneiss", "schist"])

@@ -15,7 +15,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.result_files import SERIES, corner_displacement
-from bsm_mesh.converters.vtu_content import POLYGON, VERTEX
+from bsm_mesh.converters.vtk_library import POLYGON, VERTEX
 from bsm_mesh.results import Results
 from bsm_mesh.results.stress import principal_stresses
 from tests.scenes import shapes

@@ -102,7 +102,7 @@ def test_points_that_slide_off_their_face_bear_nothing():
 
 def test_explicit_motion_ends_where_newton_does():
     """A cube set down on a plane of 10 degrees: displacements to the residual that ends the motion."""
-    from bsm_mesh.solve.motion.relaxation import RelaxToRest
+    from bsm_mesh.solve.motion.dynamic_relaxation import RelaxToRest
     from bsm_mesh.solve.step.attempt import Goal, Iterate
 
     model = on_incline(10, azimuth=30)

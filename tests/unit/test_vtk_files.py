@@ -12,7 +12,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from bsm_mesh.certificate.verify_certificate.model_file import mesh_arrays
 from bsm_mesh.converters.vtk_files import Grid, read_pvd, read_vtu, vtk_of_grid, write_pvd, write_vtu
-from bsm_mesh.converters.vtu_content import POLYGON, VERTEX
+from bsm_mesh.converters.vtk_library import POLYGON, VERTEX
 from bsm_mesh.errors import ModelError
 
 NAMES = {"b:<\t\"&'>": 1, "b:ä b": 0, "b:": 2, "other:c:d": -1}

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import bsm_mesh as bsm
 from bsm_mesh.converters import three_d as files
 from bsm_mesh.converters.three_d.pictures import _faces, _kinds, _view
-from bsm_mesh.converters.vtu_content import load_vtk, names_in
+from bsm_mesh.converters.vtk_library import load_vtk, names_in
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.polygons import vector_areas
 from tests.scenes.rock_3d import planes, tunnel_rock

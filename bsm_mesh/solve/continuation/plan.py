@@ -8,8 +8,8 @@ from enum import StrEnum
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.methods.newton import ExactNewton, RegularizedNewton
+from bsm_mesh.solve.motion.dynamic_relaxation import LIGHTEST, RelaxToRest
 from bsm_mesh.solve.motion.following import FollowMotion
-from bsm_mesh.solve.motion.relaxation import LIGHTEST, RelaxToRest
 from bsm_mesh.solve.step.attempt import Method
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
+from bsm_mesh.solve.motion.dynamic_relaxation import SETTINGS, Decay, RelaxToRest
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
-from bsm_mesh.solve.motion.relaxation import SETTINGS, Decay, RelaxToRest
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, running_bond, turned

@@ -1,4 +1,4 @@
-"""What VTK itself reads of a VTU file; `bsm_mesh.converters.grid_reader` calls it in a process of its own."""
+"""VTK: its cell types, its loading, and its reading of a VTU file; `grid_reader` calls that in a process of its own."""
 
 from __future__ import annotations
 
