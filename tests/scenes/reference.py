@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
 
 @dataclass
@@ -91,3 +92,15 @@ def face_forces(contacts: bsm.results.ContactForces) -> dict[tuple[int, int], np
         pair, sign = ((int(b), int(a)), 1.0) if b < a else ((int(a), int(b)), -1.0)
         forces[pair] = forces.get(pair, np.zeros(2)) + sign * force
     return forces
+
+
+def full_matrix(pattern: BlockPattern, data: np.ndarray) -> np.ndarray:
+    """Return the full matrix of blocks (n, 3, 3); of a symmetric pattern the lower triangle is that above."""
+    full = np.zeros((3 * pattern.rows, 3 * pattern.rows))
+    for i in range(pattern.rows):
+        for p in range(pattern.row_start[i], pattern.row_start[i + 1]):
+            j = pattern.column[p]
+            full[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = data[p]
+            if pattern.symmetric and i != j:
+                full[3 * j : 3 * j + 3, 3 * i : 3 * i + 3] = data[p].T
+    return full

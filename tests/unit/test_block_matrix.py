@@ -7,24 +7,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, constrain, fill_stiffness, upper_triangle, whole_pattern
-from tests.scenes.reference import dense_solution
+from tests.scenes.reference import dense_solution, full_matrix
 from tests.scenes.shapes import grid, running_bond, turned
 
 STIFFNESS = (3e8, 1e8)
 SCENES = {"grid": grid(3, 3), "bond": running_bond(4, 3), "turned": [turned(p, 23) for p in running_bond(4, 3)]}
-
-
-def dense(pattern, data):
-    """Return the full matrix from the upper triangle of blocks."""
-    n = pattern.rows
-    full = np.zeros((3 * n, 3 * n))
-    for i in range(n):
-        for p in range(pattern.row_start[i], pattern.row_start[i + 1]):
-            j = pattern.column[p]
-            full[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = data[p]
-            if i != j:
-                full[3 * j : 3 * j + 3, 3 * i : 3 * i + 3] = data[p].T
-    return full
 
 
 def assembled(polygons):
@@ -45,13 +32,13 @@ def assembled(polygons):
 def test_values_against_dense_sums(name):
     model, pattern, data = assembled(SCENES[name])
     expected = dense_solution(SCENES[name], STIFFNESS, np.zeros((model.blocks.count, 3)), [(0, (0, 0), 0, 0)]).K
-    assert_allclose(dense(pattern, data), expected, rtol=0, atol=1e-12 * expected.max())
+    assert_allclose(full_matrix(pattern, data), expected, rtol=0, atol=1e-12 * expected.max())
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_symmetric_and_positive_semi_definite_with_three_rigid_motions(name):
     model, pattern, data = assembled(SCENES[name])
-    K = dense(pattern, data)
+    K = full_matrix(pattern, data)
     assert_allclose(K, K.T, rtol=0, atol=1e-15 * K.max())
     values = np.linalg.eigvalsh(K)
     assert values[0] > -1e-10 * values[-1]
@@ -116,18 +103,18 @@ def test_constrain_is_a_change_of_axes():
     for row, block in enumerate(support.block):
         T[3 * block : 3 * block + 3, 3 * block : 3 * block + 3] = support.basis[row]
         struck[3 * block : 3 * block + support.constrained[row]] = True
-    expected = T.T @ dense(pattern, data) @ T
+    expected = T.T @ full_matrix(pattern, data) @ T
     expected[struck] = 0
     expected[:, struck] = 0
     expected[struck, struck] = 1
     axes = support.number, support.basis, support.constrained
     constrain(pattern.row_start, pattern.column, pattern.diagonal, data, *axes)
-    assert_allclose(dense(pattern, data), expected, rtol=0, atol=1e-12 * expected.max())
+    assert_allclose(full_matrix(pattern, data), expected, rtol=0, atol=1e-12 * expected.max())
 
 
 def test_frames_do_not_matter_for_the_trace():
     """Turning the model leaves the invariants of K unchanged."""
-    traces = [np.trace(dense(*assembled([turned(p, a) for p in grid(2, 2)])[1:])) for a in (0, 17, 90)]
+    traces = [np.trace(full_matrix(*assembled([turned(p, a) for p in grid(2, 2)])[1:])) for a in (0, 17, 90)]
     assert_allclose(traces, traces[0], rtol=1e-12)
 
 

@@ -1,19 +1,14 @@
 """Blocks: what is taken, what is refused and in which words."""
 
-import re
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.model.blocks import merge_points
+from tests.scenes.faults import fault
 from tests.scenes.models import framed
 from tests.scenes.shapes import SQUARE, grid, rectangle, square
-
-
-def fault(match):
-    return pytest.raises(bsm.ModelError, match=re.escape(match))
 
 
 def blocks(*polygons, rock="r", **more):

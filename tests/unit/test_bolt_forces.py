@@ -10,6 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, whole_pattern
 from bsm_mesh.solve.bolts.state import holding_pairs
 from tests.scenes.models import installed_bolts, model_of
+from tests.scenes.reference import full_matrix
 from tests.scenes.shapes import rectangle
 
 BLOCKS = bsm.Blocks.from_polygons([rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(4)], rock="rock")
@@ -36,15 +37,7 @@ def dense(installed, at, pattern, **keys):
     """Return the tangent as a full matrix, the upper triangle mirrored."""
     data = np.zeros((len(pattern.column), 3, 3))
     installed.add_tangent(at, installed.places(pattern), data, **keys)
-    n = BLOCKS.count
-    matrix = np.zeros((3 * n, 3 * n))
-    for row in range(n):
-        for p in range(pattern.row_start[row], pattern.row_start[row + 1]):
-            column = pattern.column[p]
-            matrix[3 * row : 3 * row + 3, 3 * column : 3 * column + 3] = data[p]
-            if pattern.symmetric and column != row:
-                matrix[3 * column : 3 * column + 3, 3 * row : 3 * row + 3] = data[p].T
-    return matrix
+    return full_matrix(pattern, data)
 
 
 @pytest.mark.parametrize("name", BOLTS)

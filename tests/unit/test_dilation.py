@@ -13,9 +13,10 @@ from bsm_mesh.contact.history import commit, restore_history, worn
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.strength import with_strength
 from tests.scenes.models import model_of
+from tests.scenes.reference import full_matrix
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.steps import begun
-from tests.unit.test_force_kernels import dense, differences
+from tests.unit.test_force_kernels import differences
 
 KN, KS, FRICTION, ANGLE, LAST = 10e9, 2e9, 30.0, 10.0, 5e-3
 MU, T = np.tan(np.radians([FRICTION, ANGLE]))
@@ -116,7 +117,7 @@ def test_the_tangent_is_the_derivative_of_minus_the_forces(name, turn):
     slides = at.closed & ~at.sticking
     assert slides.sum() >= 3
     assert (at.slip > 0).sum() >= 3
-    found = dense(step.pattern, step.tangent(at))
+    found = full_matrix(step.pattern, step.tangent(at))
     expected = -differences(lambda where: step.evaluate(where).forces, position, step=1e-8)
     assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 

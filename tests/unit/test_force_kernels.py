@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 from bsm_mesh.contact.force_kernels import add_moving_forces, fill_tangent, given_geometry, relative_positions
 from bsm_mesh.solve.algebra.block_matrix import constrain, whole_pattern
+from tests.scenes.reference import full_matrix
 
 N, M = 5, 14
 COUPLING = 0.2  # of the pressure with the movement along the edge, over the normal stiffness
@@ -63,16 +64,6 @@ class Scene:
         )
 
 
-def dense(pattern, data):
-    n = pattern.rows
-    matrix = np.zeros((3 * n, 3 * n))
-    for i in range(n):
-        for p in range(pattern.row_start[i], pattern.row_start[i + 1]):
-            j = pattern.column[p]
-            matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += data[p]
-    return matrix
-
-
 def differences(function, position, step=1e-5):
     columns = []
     for k in range(position.size):
@@ -88,7 +79,7 @@ def differences(function, position, step=1e-5):
 def test_tangent_is_the_derivative_of_minus_the_forces(seed, state):
     scene = Scene(seed, state)
     pattern = whole_pattern(N, scene.a, scene.b)
-    found = dense(pattern, scene.tangent(pattern))
+    found = full_matrix(pattern, scene.tangent(pattern))
     expected = -differences(scene.forces, scene.position)
     assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
@@ -103,7 +94,7 @@ def test_forces_of_sticking_contacts_are_minus_the_gradient_of_their_energy(seed
 
     expected = -differences(energy, scene.position).reshape(N, 3)
     assert_allclose(scene.forces(scene.position), expected, rtol=0, atol=1e-8 * np.abs(expected).max())
-    matrix = dense(*(lambda p: (p, scene.tangent(p)))(whole_pattern(N, scene.a, scene.b)))
+    matrix = full_matrix(*(lambda p: (p, scene.tangent(p)))(whole_pattern(N, scene.a, scene.b)))
     assert_allclose(matrix, matrix.T, rtol=0, atol=1e-12 * np.abs(matrix).max())
 
 
@@ -172,7 +163,7 @@ def test_constrain_of_a_whole_matrix_against_dense():
     scene = Scene(1, "sliding")
     pattern = whole_pattern(N, scene.a, scene.b)
     data = scene.tangent(pattern)
-    matrix = dense(pattern, data)
+    matrix = full_matrix(pattern, data)
     basis = np.stack([np.linalg.qr(np.random.default_rng(k).normal(size=(3, 3)))[0] for k in range(2)])
     number = np.array([-1, 0, -1, 1, -1], dtype=np.int32)
     fixed = np.array([2, 1], dtype=np.int32)
@@ -184,4 +175,4 @@ def test_constrain_of_a_whole_matrix_against_dense():
     expected[struck], expected[:, struck] = 0, 0
     expected[struck, struck] = 1
     constrain(pattern.row_start, pattern.column, pattern.diagonal, data, number, basis, fixed)
-    assert_allclose(dense(pattern, data), expected, atol=1e-12 * np.abs(matrix).max())
+    assert_allclose(full_matrix(pattern, data), expected, atol=1e-12 * np.abs(matrix).max())

@@ -14,6 +14,7 @@ from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
 from bsm_mesh.solve.algebra.superlu import SuperLU
 from bsm_mesh.solve.linear import readiness
 from tests.scenes.models import model_of
+from tests.scenes.reference import full_matrix
 from tests.scenes.shapes import rectangle
 
 SOLVERS = [
@@ -32,14 +33,12 @@ def random_system(n, links, seed):
         a, b = a[:0], b[:0]
     pattern = block_pattern(n, a, b)
     data = np.zeros((len(pattern.column), 3, 3))
-    full = np.zeros((3 * n, 3 * n))
     for i in range(n):
         for p in range(pattern.row_start[i], pattern.row_start[i + 1]):
             j = pattern.column[p]
             if i != j:
                 data[p] = rng.normal(size=(3, 3))
-                full[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = data[p]
-                full[3 * j : 3 * j + 3, 3 * i : 3 * i + 3] = data[p].T
+    full = full_matrix(pattern, data)
     for i in range(n):
         own = rng.normal(size=(3, 3))
         block = own @ own.T + np.eye(3) * (np.abs(full[3 * i : 3 * i + 3]).sum() + 1)

@@ -1,22 +1,17 @@
 """Loads and the point forces that they represent."""
 
-import re
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.model.loads import point_forces_of
+from tests.scenes.faults import fault
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, turned
 
 BLOCKS = framed(bsm.Blocks.from_polygons(grid(2, 2), rock="r"), 2, 2)
 RTOL = 1e-13
-
-
-def fault(match):
-    return pytest.raises(bsm.ModelError, match=re.escape(match))
 
 
 def resultant(forces, about=(0.0, 0.0)):

@@ -1,12 +1,11 @@
 """The model as a whole: cross-checks collected, names with the nearest known one, equality."""
 
-import re
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from tests.scenes.faults import fault
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, square
 
@@ -18,10 +17,6 @@ JOINT = bsm.Joint("J1", 1e9, 1e9)
 def model(**changes):
     given = {"blocks": BLOCKS, "rocks": ROCKS, "joints": (JOINT,), "default_joint": "J1"}
     return bsm.Model(**{**given, **changes})
-
-
-def fault(match):
-    return pytest.raises(bsm.ModelError, match=re.escape(match))
 
 
 @pytest.mark.parametrize(

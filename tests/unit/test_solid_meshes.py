@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.converters.three_d import read_polyhedra
 from bsm_mesh.converters.three_d.elements import element_faces
+from tests.scenes.faults import fault
 from tests.scenes.rock_3d import wedge_factor
 from tests.scenes.small_case import Case
 from tests.scenes.solid_meshes import incline, layers, wedge
@@ -54,10 +55,6 @@ origin = [1, 1, 0]
 """
 BOX = '[mesh]\nbox = [[0, 0, 0], [2, 2, 3]]\ndefault_joint = "J1"\n'
 MESH = '[mesh]\nfile = "incline.msh"\ndefault_joint = "J1"\n'
-
-
-def fault(match):
-    return pytest.raises(bsm.ModelError, match=re.escape(match))
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """What a model of polyhedra refuses, in which words, and what knows polygons alone."""
 
-import re
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -9,11 +7,8 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.three_d.model.parts import some_polyhedra
+from tests.scenes.faults import fault
 from tests.scenes.polyhedra import box, model_in_space, on_incline
-
-
-def fault(match):
-    return pytest.raises(bsm.ModelError, match=re.escape(match))
 
 
 @pytest.mark.parametrize(

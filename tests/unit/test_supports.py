@@ -1,21 +1,16 @@
 """Supports and the bars that they represent (Wang 3.3.4)."""
 
-import re
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.model.supports import bars_of, unit_vector
+from tests.scenes.faults import fault
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, turned
 
 BLOCKS = framed(bsm.Blocks.from_polygons(grid(2, 2), rock="r"), 2, 2)
-
-
-def fault(match):
-    return pytest.raises(bsm.ModelError, match=re.escape(match))
 
 
 @pytest.mark.parametrize(
