@@ -57,7 +57,12 @@ def draw_kinematics(path: str | os.PathLike[str], found: Kinematics, *, title: s
     for axes, (name, chosen) in zip(figure.subplots(2, 2).flat, marked.items(), strict=True):
         draw_net(axes)
         axes.plot(*zones[name].T, "s", ms=2.2, color=ZONE, zorder=0, label="permits the movement")
-        axes.plot(*project(great_circle(*found.face)).T, color="black", lw=2, label=_slope(found))
+        axes.plot(
+            *project(great_circle(*found.face)).T,
+            color="black",
+            lw=2,
+            label=f"slope {found.face[0]:.0f}/{found.face[1]:03.0f}",
+        )
         if name in ("planar sliding", "flexural toppling"):
             _draw_poles(axes, found, poles)
             points = poles[chosen]
@@ -74,10 +79,6 @@ def draw_kinematics(path: str | os.PathLike[str], found: Kinematics, *, title: s
     with whole_file(target, parents=True) as draft:
         FigureCanvasAgg(figure).print_png(str(draft))
     return target
-
-
-def _slope(found: Kinematics) -> str:
-    return f"slope {found.face[0]:.0f}/{found.face[1]:03.0f}"
 
 
 def _draw_poles(axes: Any, found: Kinematics, poles: FloatArray) -> None:

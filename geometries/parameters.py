@@ -56,7 +56,7 @@ class Checks:
 
     def positive(self, unit: str = "m", /, **values: object) -> bool:
         """Return whether all `values` are positive finite numbers; add a fault for each that is not."""
-        bad = {name: value for name, value in values.items() if not _is_positive(value)}
+        bad = {name: value for name, value in values.items() if not 0.0 < _number(value) < math.inf}
         for name, value in bad.items():
             self.add(f"{name} = {as_given(value)} is not a positive number; give {name} in {unit}, greater than 0")
         return not bad
@@ -74,7 +74,7 @@ class Checks:
 
     def within(self, low: float, high: float, unit: str, **values: object) -> bool:
         """Return whether all `values` lie from `low` to less than `high`; add a fault for each that does not."""
-        bad = {name: value for name, value in values.items() if not _is_within(value, low, high)}
+        bad = {name: value for name, value in values.items() if not low <= _number(value) < high}
         for name, value in bad.items():
             self.add(
                 f"{name} = {as_given(value)} does not lie from {low:g} to less than {high:g} {unit}; give one that does"
@@ -137,10 +137,6 @@ def _number(value: object) -> float:
         return math.inf
 
 
-def _is_positive(value: object) -> bool:
-    return 0.0 < _number(value) < math.inf
-
-
 def _is_line(value: object, least: int) -> bool:
     import numpy as np  # not before it is needed: a case's parameters are read without it
 
@@ -164,10 +160,6 @@ def _is_vector(value: object) -> bool:
 
 def _is_count(value: object, least: int) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
-
-
-def _is_within(value: object, low: float, high: float) -> bool:
-    return low <= _number(value) < high
 
 
 def _is_one_of(value: object, allowed: Collection[object]) -> bool:

@@ -60,7 +60,10 @@ def find_faces(blocks: Blocks) -> Faces:
         edge_a=edge_a, edge_b=edge_b, start=start, end=end, start_corner_of_a=whole, end_corner_of_a=whole
     )
     partial = _overlapping_edges(blocks, np.flatnonzero(table.unpaired()).astype(np.int32))
-    return conforming if len(partial.edge_a) == 0 else _join(conforming, partial)
+    if len(partial.edge_a) == 0:
+        return conforming
+    both = conforming, partial
+    return Faces(**{name: np.concatenate([getattr(one, name) for one in both]) for name in Faces.__slots__})
 
 
 def count_faces(blocks: Blocks, chosen: BoolArray) -> int:
@@ -132,7 +135,3 @@ def pressure_between(blocks: Blocks, stays: BoolArray, leaves: BoolArray, pressu
         point=np.stack([start, end], axis=1).reshape(-1, 2),
         force=np.repeat(pressure * inward / 2, 2, axis=0),
     )
-
-
-def _join(one: Faces, other: Faces) -> Faces:
-    return Faces(**{name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in Faces.__slots__})

@@ -122,7 +122,7 @@ def make_plan(
     else:
         raise_faults(_not_for_lists(sources, method, runs, correlations))
         listed = {key: source.values for key, source in sources.items() if isinstance(source, Values)}
-        values = _grid(listed) if method == "grid" else _list(listed)
+        values = _grid(listed) if method == "grid" else {key: list(given) for key, given in listed.items()}
     count = len(next(iter(values.values()))) if values else int(runs or 0)
     if count > MOST_RUNS:
         raise ModelError(f"{count} runs are more than {MOST_RUNS}; take fewer values, or draw them")
@@ -227,7 +227,3 @@ def _grid(listed: Mapping[str, tuple[Value, ...]]) -> dict[str, list[Value]]:
         raise ModelError(f"[vary]: all combinations are {count} runs, more than {MOST_RUNS}; take fewer values")
     rows = list(itertools.product(*listed.values()))
     return {key: [row[k] for row in rows] for k, key in enumerate(listed)}
-
-
-def _list(listed: Mapping[str, tuple[Value, ...]]) -> dict[str, list[Value]]:
-    return {key: list(values) for key, values in listed.items()}

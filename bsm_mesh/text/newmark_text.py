@@ -41,7 +41,8 @@ def remarks(answer: Newmark) -> list[str]:
     """Return notes for the reader, a sentence each."""
     found = [f"Greatest horizontal acceleration of the record: {answer.peak:.4g} g."]
     found += [f"{side.side}: {note}." for side in answer.sides for note in side.limit.notes]
-    found += [f"{side.side}: trials without a verdict leave a wide range." for side in _undecided(answer)]
+    undecided = [side.side for side in answer.sides if not side.limit.is_decided]
+    found += [f"{side}: trials without a verdict leave a wide range." for side in undecided]
     shaken = answer.shaken
     if shaken is not None:
         found.append(f"Shaken stage '{shaken.stage}': {shaken.status.value} ({shaken.reason}).")
@@ -50,10 +51,6 @@ def remarks(answer: Newmark) -> list[str]:
             if far > 0:
                 found.append(f"Greatest displacement to the {side.side}: {far:.4g} m, block {block}.")
     return found
-
-
-def _undecided(answer: Newmark) -> list[SlidingSide]:
-    return [side for side in answer.sides if not side.limit.is_decided]
 
 
 def told_of(answer: Newmark) -> dict[str, Any]:

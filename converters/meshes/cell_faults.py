@@ -53,15 +53,11 @@ def group_faults(sets: CellSets, arrays: CellArrays, sizes: Sequence[int]) -> li
     return faults
 
 
-def _is_volume(kind: str) -> bool:
-    return kind.startswith(VOLUMES) or kind.endswith(VOLUMES_VTK)
-
-
 def refuse_volumes(source: str, data: Sequence[tuple[str, LongArray]]) -> None:
     """Raise `ModelError` where there are volume elements among blocks of (type, nodes)."""
     volumes: dict[str, int] = {}
     for kind, nodes in data:
-        if _is_volume(kind):
+        if kind.startswith(VOLUMES) or kind.endswith(VOLUMES_VTK):
             volumes[kind] = volumes.get(kind, 0) + len(nodes)
     if volumes:
         found = ", ".join(f"{count} {kind}" for kind, count in volumes.items())

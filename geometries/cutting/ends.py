@@ -11,7 +11,7 @@ import dataclasses
 
 import numpy as np
 
-from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces
+from bsm_mesh.geometries.cutting.pieces import IntArray, Pieces
 from bsm_mesh.geometries.joint_sets import FloatArray
 
 FARTHEST = 50.0  # tolerances that an end moves along its own line to a line that it meets at a small angle
@@ -93,18 +93,14 @@ def _on_lines(pieces: Pieces, tolerance: float) -> tuple[IntArray, IntArray, Flo
         shapely.points(flat), predicate="dwithin", distance=tolerance
     )
     target = owner[chunk]
-    free = (pieces.region[end // 2] < 0) & (target != end // 2) & ~_is_end(flat[end], pieces.ends[target])
+    at_end = (flat[end][:, None] == pieces.ends[target]).all(axis=2).any(axis=1)
+    free = (pieces.region[end // 2] < 0) & (target != end // 2) & ~at_end
     end, target = end[free], target[free]
     order = np.lexsort([target, pieces.region[target] < 0, end])
     end, target = end[order], target[order]
     once = np.concatenate([[True], end[1:] != end[:-1]]) if len(end) else np.empty(0, dtype=np.bool_)
     end, target = end[once], target[once]
     return end, target, _meeting(pieces, end, target, tolerance)
-
-
-def _is_end(points: FloatArray, ends: FloatArray) -> BoolArray:
-    same: BoolArray = (points[:, None] == ends).all(axis=2).any(axis=1)
-    return same
 
 
 def _meeting(pieces: Pieces, end: IntArray, target: IntArray, tolerance: float) -> FloatArray:

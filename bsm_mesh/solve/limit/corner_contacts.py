@@ -48,7 +48,8 @@ def with_corner_contacts(model: Model, contacts: ContactTable) -> ContactTable:
     edge = np.concatenate([found.edge[on_edges], edge])
     if not len(corner):
         return contacts
-    more = _table(model, corner, edge, RULES.corner_share * np.minimum(*_sizes(outlines, blocks, corner, edge)))
+    sizes = (outlines.block_size[blocks.owner[ends]] for ends in (corner, edge))
+    more = _table(model, corner, edge, RULES.corner_share * np.minimum(*sizes))
     names = [field.name for field in fields(ContactTable)]
     return ContactTable(**{name: np.concatenate([getattr(contacts, name), getattr(more, name)]) for name in names})
 
@@ -112,11 +113,6 @@ def _normals(blocks: Blocks, edge: IntArray) -> FloatArray:
     along = blocks.edge_vectors[edge]
     normal: FloatArray = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
     return normal
-
-
-def _sizes(outlines: Outlines, blocks: Blocks, corner: IntArray, edge: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return the sizes of both blocks [m]."""
-    return outlines.block_size[blocks.owner[corner]], outlines.block_size[blocks.owner[edge]]
 
 
 def _table(model: Model, corner: IntArray, edge: IntArray, length: FloatArray) -> ContactTable:

@@ -58,7 +58,7 @@ class NearbyEquilibrium:
         step, inner = equations, goal.max_residual
         if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
-        loaded = _has_forces(step)
+        loaded = bool((step.contacts.candidates.history >= 0).any())  # before the step
         sweeps = not loaded and len(step.start) >= LARGE  # below, factorizing the whole costs no more than a part
         shrinking = NEWTON.shrinking if loaded else SETTINGS.unloaded
         position = step.elastic_position
@@ -98,8 +98,3 @@ def _ended(attempt: Attempt) -> Attempt:
     if step.residual_at(attempt.position).rms < MAX_RMS:
         return replace(attempt, outcome=Outcome.ACCEPTABLE)
     return replace(attempt, outcome=Outcome.STALLED)
-
-
-def _has_forces(step: StepEquations) -> bool:
-    """Return whether any contact carried a force before the step."""
-    return bool((step.contacts.candidates.history >= 0).any())

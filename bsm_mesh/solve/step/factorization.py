@@ -55,7 +55,8 @@ class Factors:
 
         Such a pattern's factors stay of double precision, and the last digit of what follows depends on it.
         """
-        return _digest(self._pattern) if self._pattern is not None and _needs_double(self._solver) else ""
+        double = isinstance(self._solver, MixedPrecisionPardiso) and not self._solver.single
+        return _digest(self._pattern) if self._pattern is not None and double else ""
 
     def recall(self, double_precision: str) -> None:
         """Take double precision at once for the first pattern, if it is that of a digest."""
@@ -134,10 +135,6 @@ class Factors:
         if self._solver is not None:
             self._solver.close()
             self._solver, self.ready = None, False
-
-
-def _needs_double(solver: LinearSolver | None) -> bool:
-    return isinstance(solver, MixedPrecisionPardiso) and not solver.single
 
 
 def _digest(pattern: BlockPattern) -> str:

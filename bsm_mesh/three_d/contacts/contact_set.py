@@ -196,7 +196,8 @@ def gathered(given: ContactSet, history: PointHistory, position: FloatArray, siz
     row, known = history.rows_of(given.key)
     closed = known & history.closed[row] if history.count else known
     offset = np.where(known, history.offset[row], given.offset) if history.count else given.offset
-    near = (given.gaps(place) <= offset + CONTACT_TOLERANCE * size) & _on_polygon(given, place)
+    on_polygon = np.linalg.norm(given.along(place), axis=1) <= given.reach
+    near = (given.gaps(place) <= offset + CONTACT_TOLERANCE * size) & on_polygon
     within_tolerance = closed | near
     failed = np.where(known, history.failed[row], not first) if history.count else np.full(given.count, not first)
     mated = known & history.mated[row] if history.count else np.full(given.count, first)
@@ -218,12 +219,6 @@ def gathered(given: ContactSet, history: PointHistory, position: FloatArray, siz
         within_tolerance=within_tolerance,
         features=given.features.of(np.where(mated, np.arange(given.count), -1)),
     )
-
-
-def _on_polygon(contacts: ContactSet, place: FloatArray) -> BoolArray:
-    """Return which points have not left their polygons, (m,), by their movements against the faces (m, 3)."""
-    on: BoolArray = np.linalg.norm(contacts.along(place), axis=1) <= contacts.reach
-    return on
 
 
 def reaches(polygons: ContactPolygons) -> FloatArray:
