@@ -36,8 +36,11 @@ class Check:
         Part of that block's residual that rounding of the coordinates can cause: far from the origin it counts.
     utilisation : float
         Greatest shear force over shear strength; 0 in the linear scheme, where nothing can slip.
-    overlap : float [m2]
-        Area by which blocks overlap beyond the contacts' closure, over the square of their size.
+    overlap : float
+        Area by which blocks overlap beyond the contacts' closure, over the square of their size; in space the volume
+        over the median volume.
+    bulk : str
+        Kind of both: area or volume.
     """
 
     block_residual: float
@@ -47,6 +50,7 @@ class Check:
     rounding: float = 0.0
     utilisation: float = 0.0
     overlap: float = 0.0
+    bulk: str = "area"
 
     @property
     def ok(self) -> bool:
@@ -69,8 +73,8 @@ class Check:
             (self.utilisation <= 1 + UTILISATION, f"a contact carries {self.utilisation:.6g} times its shear strength"),
             (
                 self.overlap <= OVERLAP,
-                "blocks have passed into each other (corners that met in a point) by "
-                f"{self.overlap:.2g} of a block's area",
+                f"blocks have passed into each other {'(corners that met in a point) ' * (self.bulk == 'area')}by "
+                f"{self.overlap:.2g} of a block's {self.bulk}",
             ),
         )
         return tuple(text for holds, text in told if not holds)  # not a number holds nothing
@@ -83,7 +87,7 @@ class Check:
             f"loads against reactions {self.balance:.1e}, tolerance {self.tolerance:.0e}"
         )
         if self.utilisation > 0:
-            beyond = f"{self.overlap:.1e} of a block's area" if self.overlap > 0 else "none"
+            beyond = f"{self.overlap:.1e} of a block's {self.bulk}" if self.overlap > 0 else "none"
             text += (
                 f"; greatest shear over strength {self.utilisation:.6f}; overlap beyond the joints' closure: {beyond}"
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -11,12 +12,14 @@ from bsm_mesh.movements import cross
 from bsm_mesh.results.check import ROUNDINGS, Check
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
+from bsm_mesh.three_d.overlap import unexplained_overlap
 
 
 def check_stage(results: Results, stage: StageResult) -> Check:
     """Return the check of a stage: balance of every block and of the whole, shear within strength."""
     reference = max(stage.reference_weight, np.finfo(float).tiny)
-    moments = results.blocks.moments
+    blocks: Any = results.blocks
+    moments = blocks.moments
     centroid = moments.centroid + (stage.origin + stage.displacement)[:, :3]
     total, borne = stage.loads + stage.reactions, np.zeros(len(centroid))
     for block, point, force in _actions(stage):
@@ -36,6 +39,8 @@ def check_stage(results: Results, stage: StageResult) -> Check:
         tolerance=results.tolerance,
         rounding=float(rounding[worst]),
         utilisation=float(np.nan_to_num(stage.contacts.utilisation.max(initial=0.0), nan=np.inf)),
+        overlap=unexplained_overlap(blocks, stage),
+        bulk=blocks.bulk_name,
     )
 
 

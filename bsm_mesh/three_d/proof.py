@@ -22,6 +22,8 @@ def proof_in_space(model: Model) -> Proof:
     if model.bolts:
         return Proof(text="no proof was sought: limit analysis of polyhedra knows no bolts")
     blocks, system = model.blocks, BlockSystem(model)
+    if system.parts_touch:
+        return Proof(text="no proof was sought: blocks touch on parts of faces, which limit analysis does not know")
     held = system.prescribed_blocks
     if not held[system.bars.block].all():
         return Proof(text="no proof was sought: limit analysis of polyhedra knows blocks that are fixed or free")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import counted
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import SupportForces
@@ -29,7 +32,7 @@ def outcome_of(
     effective = _stress(system, motion, contacts, supports)
     water, dyad = system.water.on_blocks(motion.position)
     of_water = (dyad + dyad.transpose(0, 2, 1)) / (2 * system.model.blocks.moments.bulk[:, None, None])
-    return motion_outcome(
+    outcome = motion_outcome(
         motion,
         origin,
         size,
@@ -44,6 +47,19 @@ def outcome_of(
         bolts=bolts,
         evidence=evidence_of(system, motion, kept),
     )
+    notes = (*outcome.stage.notes, *notes_on_passed(*system.passed_faces(motion.contacts, motion.position)))
+    return replace(outcome, stage=replace(outcome.stage, notes=notes))
+
+
+def notes_on_passed(pairs: IntArray, depth: FloatArray) -> list[str]:
+    """Return a note on pairs of blocks (k, 2) whose faces have passed each other by depths (k,) [m]."""
+    if not len(pairs):
+        return []
+    a, b = pairs[depth.argmax()].tolist()
+    return [
+        f"faces of {counted(len(pairs), 'pair')} of blocks have passed each other without contact, by up to "
+        f"{depth.max():.3g} m (blocks {a} and {b}); no force acts there"
+    ]
 
 
 def _joint_water(system: BlockSystem) -> FloatArray:

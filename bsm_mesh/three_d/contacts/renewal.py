@@ -65,7 +65,7 @@ class Renewal:
         if first or not moves.any():
             return before
         found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
-        found = found.some(~self._behind(found, points) & self.catalogue.have_stiffness(found))
+        found = found.some(~self._behind(found, points.key) & self.catalogue.have_stiffness(found))
         fresh = found.some(~np.isin(found.key // SLOTS, points.key[~stale] // SLOTS))
         stale |= _on_faces_of(points, (fresh, points.some(stale)), moves)
         new = found.some(~np.isin(found.key // SLOTS, points.key[~stale] // SLOTS))
@@ -78,6 +78,18 @@ class Renewal:
         left = history.some(np.flatnonzero(~np.isin(history.key, points.key[stale]))).with_more(rows)
         whole = contacts_of(points.some(~stale).with_more(new), renewed, self.catalogue)
         return gathered(whole, replace(left, renewed=renewed), position, self.size, first=first)
+
+    def passed(self, contacts: ContactSet, position: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the pairs of blocks (k, 2) whose faces passed each other without contact, and depths [m]."""
+        moves = self._moving(position)
+        if not moves.any():
+            return np.zeros((0, 2), np.int32), np.zeros(0)
+        found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
+        found = found.some(self._behind(found, contacts.key) & self.catalogue.have_stiffness(found))
+        pairs, number = np.unique(np.column_stack([found.block_a, found.block_b]), axis=0, return_inverse=True)
+        depth = np.zeros(len(pairs))
+        np.maximum.at(depth, number.reshape(-1), -found.found_gap)
+        return pairs, depth
 
     def _stale(self, points: PolygonPoints, contacts: ContactSet, position: FloatArray) -> BoolArray:
         """Return the points (m,) of polygons whose points moved by a part of their size since they were found."""
@@ -92,10 +104,10 @@ class Renewal:
         stale: BoolArray = (farthest > np.maximum(SLID * np.sqrt(area), least))[polygon]
         return stale
 
-    def _behind(self, new: PolygonPoints, before: PolygonPoints) -> BoolArray:
-        """Return the points (k,) of polygons that were not there before and begin deep: faces that were passed."""
+    def _behind(self, new: PolygonPoints, before: IntArray) -> BoolArray:
+        """Return the points (k,) of polygons without a key (m,) before that begin deep: faces that were passed."""
         behind: BoolArray = _least_gaps(new) < -RULES.initial_penetration * self.size
-        return behind & ~np.isin(new.key // SLOTS, before.key // SLOTS)
+        return behind & ~np.isin(new.key // SLOTS, before // SLOTS)
 
     def _moving(self, position: FloatArray) -> BoolArray:
         """Return the blocks (n,) that have come so far that they may touch others than as given."""
@@ -107,16 +119,24 @@ class Renewal:
 def points_apart(
     surfaces: Surfaces, catalogue: PolygonCatalogue, start: FloatArray, held: BoolArray, band: float, size: float
 ) -> PolygonPoints:
-    """Return the points of blocks as given (n, 6) that do not touch but may in the first step: faces with a gap."""
+    """Return the points of blocks as given (n, 6) that share no face, on faces with a gap or on parts that touch."""
     found = surfaces.polygons(start, ~held, held, band, RULES.min_overlap * size)
-    return found.some((_least_gaps(found) > RULES.rounding * size) & catalogue.have_stiffness(found))
+    face_a, face_b = faces_of(found.key)
+    far = -_least(found, -found.found_gap)  # faces that meet in an edge alone touch there, and lie apart beyond
+    touch = (np.maximum(-_least_gaps(found), far) <= RULES.rounding * size) & (face_a != face_b)
+    return found.some(((_least_gaps(found) > RULES.rounding * size) | touch) & catalogue.have_stiffness(found))
 
 
 def _least_gaps(points: PolygonPoints) -> FloatArray:
     """Return the least gap of the polygon of every point (k,) [m]."""
+    return _least(points, points.found_gap)
+
+
+def _least(points: PolygonPoints, values: FloatArray) -> FloatArray:
+    """Return the least of values (k,) in the polygon of every point, (k,)."""
     _, polygon = np.unique(points.key // SLOTS, return_inverse=True)
     least = np.full(len(points.key), np.inf)
-    np.minimum.at(least, polygon, points.found_gap)
+    np.minimum.at(least, polygon, values)
     of_each: FloatArray = least[polygon]
     return of_each
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
@@ -35,6 +36,8 @@ from bsm_mesh.three_d.water import WaterOnPolyhedra
 
 class BlockSystem(System):
     """The polyhedra of a model in large displacement.
+
+    `parts_touch` says whether blocks touch on parts of faces, as given, where they share no face.
 
     A position (n, 6) is the displacement of every centroid and its rotation vector, from the given geometry.
 
@@ -74,6 +77,7 @@ class BlockSystem(System):
         held, band = self.prescribed_blocks, BAND * self.d
         surfaces = Surfaces(blocks=model.blocks, rule=model.contact_points)
         apart = points_apart(surfaces, self.catalogue, self.start, held, band, self.size)
+        self.parts_touch = bool((np.abs(apart.found_gap) <= RULES.rounding * self.size).any())
         given = given_points(model, held).with_more(apart)
         return Renewal(
             surfaces=surfaces,
@@ -162,6 +166,10 @@ class BlockSystem(System):
         """Return the contact points with their history; `first`: all are intact."""
         self._answered.clear()
         return self._renewal.contacts_at(history, position, first=first)
+
+    def passed_faces(self, contacts: ContactSet, position: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the pairs of blocks (k, 2) whose faces passed each other without contact, and depths [m]."""
+        return self._renewal.passed(contacts, position)
 
     def commit(self, contacts: ContactSet, at: Evaluation, position: FloatArray) -> tuple[PointHistory, int]:
         """Return the history after an accepted step, and the number of contacts that failed in it."""
