@@ -227,8 +227,13 @@ def _joint_at(joint: Joint, part: float) -> Joint:
     if joint.law is None or part == 1:
         return joint
     tension = {name: part * getattr(joint, name) for name in ("tensile_strength", "residual_tensile_strength")}
-    dilation = math.degrees(math.atan(part * math.tan(math.radians(joint.dilation_angle))))
+    dilation = _scaled(joint.dilation_angle, part)
     return replace(joint, law=reduced_law(joint.law, 1 / part), dilation_angle=dilation, **tension)
+
+
+def _scaled(degrees: float, part: float) -> float:
+    """Return the angle [degrees] whose tangent is a part of an angle's."""
+    return math.degrees(math.atan(part * math.tan(math.radians(degrees))))
 
 
 def _rock_at(rock: Rock, part: float) -> Rock:
@@ -239,7 +244,10 @@ def _rock_at(rock: Rock, part: float) -> Rock:
     tension = None if rock.tensile_strength is None else part * rock.tensile_strength
     left = part * rock.residual_tensile_strength
     strengths = {name: getattr(law, name) for name in named}
-    return replace(rock, tensile_strength=tension, residual_tensile_strength=left, **strengths)
+    zones = rock.zones
+    if zones is not None and zones.dilation:
+        zones = replace(zones, dilation=min(_scaled(zones.dilation, part), law.friction))
+    return replace(rock, tensile_strength=tension, residual_tensile_strength=left, zones=zones, **strengths)
 
 
 def with_bolt_capacities(model: Model, factor: float) -> Model:

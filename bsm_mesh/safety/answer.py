@@ -10,7 +10,6 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import PROCESSES, TRIALS, WIDTH
 from bsm_mesh.model.values import Rules
-from bsm_mesh.model.zones import has_zones
 from bsm_mesh.results.movement import FAR
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bound import Limit
@@ -162,10 +161,6 @@ def run_options(model: Model, options: Options | None, processes: int) -> Option
     if given.scheme != "continuation":
         raise ModelError(
             f"safety: in scheme = '{given.scheme}' nothing can fail; take scheme = 'continuation' in [solver]"
-        )
-    if has_zones(model):
-        raise ModelError(
-            "safety: zones know small displacements and no collapse; leave zones out of the rocks to find a factor"
         )
     return replace(given, falls=replace(given.falls, on_fall="stop"), threads=1 if processes > 1 else given.threads)
 

@@ -140,3 +140,37 @@ def footing(loads, *, size=0.2, order=2, strength=None):
         loads=pressure(loads[0]),
         stages=stages,
     )
+
+
+def slope(*, friction=20.0, cohesion=1e4, height=10.0, run=2.0, young=1e9, dilation=0.0, size=1.5, order=2):
+    """Return a slope of 1 : run on rock, its crest 1.2 heights wide: by default Example 1 of Griffiths & Lane (1999).
+
+    There phi = 20 degrees, c / (gamma H) = 0.05 and the flow has no dilation: factor 1.4, and 1.380 by Bishop &
+    Morgenstern (1960). D. V. Griffiths, P. A. Lane (1999), Slope stability analysis by finite elements, Geotechnique
+    49(3), 387-403.
+    """
+    crest = 1.2 * height
+    x = [*np.linspace(0.0, crest, 4), *(crest + run * height * np.linspace(0, 1, 5)[1:])]
+    polygons = []
+    for a, b in pairwise(x[:-1]):
+        low, high = (min(height, height - (at - crest) / run) * np.linspace(0, 1, 4) for at in (a, b))
+        polygons += [[(a, low[k]), (b, high[k]), (b, high[k + 1]), (a, low[k + 1])] for k in range(3)]
+    polygons.append([(x[-2], 0.0), (x[-1], 0.0), (x[-2], high[-1])])
+    blocks = (
+        bsm.Blocks.from_polygons(polygons, rock="soil")
+        .with_boundary("bottom", lambda x, y: y < 1e-9)
+        .with_boundary("side", lambda x, y: x < 1e-9)
+    )
+    soil = bsm.Rock(
+        "soil",
+        unit_weight=cohesion / (0.05 * height),
+        young=young,
+        poisson=0.3,
+        cohesion=cohesion,
+        friction=friction,
+        tensile_strength=1e9,
+        zones=bsm.Zones(size=size, order=order, law="mohr_coulomb", dilation=dilation),
+    )
+    return bsm.Model(
+        blocks=blocks, rocks=[soil], supports=[bsm.Fixed(boundary="bottom"), bsm.NormalRoller(boundary="side")]
+    )

@@ -255,7 +255,6 @@ REFUSED = [
     (lambda: bsm.run(wall(), bsm.Options(linear_solver="pardiso")), "does not solve zones"),
     (lambda: bsm.run(wall(rocks=[dataclasses.replace(GNEISS, zones=bsm.Zones(size=1e-5)), RIGID])), "triangles"),
     (lambda: bsm.run(wall(supports=[])), "free to move"),
-    (lambda: bsm.factor_of_safety(wall()), "safety: zones"),
     (lambda: bsm.spread(bsm.run(wall())), "spread: zones"),
     (lambda: compare(wall(), bsm.run(wall())), "finite elements already"),
     (lambda: wall(stages=[bsm.Stage(name="quake", shaking=SHAKEN)]), "zones are at rest only"),

@@ -9,8 +9,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.model.strength import with_strength
+from bsm_mesh.solve.zones import equilibrium
+from bsm_mesh.solve.zones.elasticity import nominal_constants
+from bsm_mesh.solve.zones.equilibrium import find_equilibrium
 from bsm_mesh.solve.zones.mohr_coulomb import SETS, Yielding
-from tests.scenes.plastic_zones import Hole, footing
+from bsm_mesh.solve.zones.plastic_collapse import _bounds, plastic_collapse
+from bsm_mesh.solve.zones.scheme import zoned
+from bsm_mesh.solve.zones.stage_run import StageRun
+from tests.scenes.plastic_zones import Hole, footing, slope
 
 TANGENT = 1e-8  # of the stiffness: differences over strains of 1e-8, of stresses of 1e7 Pa
 LAME, SHEAR = 2e9, 2.8e9
@@ -97,7 +104,41 @@ def test_strip_footing():
     results = bsm.run(footing([0.7, 0.95, 0.99, 1.01]))
     assert [stage.status.value for stage in results.stages] == ["stable", "stable", "stable", "not_converged"]
     assert bsm.run(footing([0.7, 0.79], strength=0.808)).status == "stable"
-    assert bsm.run(footing([0.7, 0.79], strength=0.782)).status == "not_converged"
+    assert bsm.run(footing([0.7, 0.79], strength=0.782)).status == "unstable"
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("dilation", [0.0, 20.0])
+def test_factor_of_a_homogeneous_slope(dilation):
+    """Griffiths & Lane's 1.4 and Bishop & Morgenstern's 1.380 within 2 %, with and without dilation."""
+    found = bsm.factor_of_safety(slope(dilation=dilation), tolerance=0.02)
+    assert found.is_closed
+    assert found.unstable > 0.98 * 1.380
+    assert found.stable < 1.02 * 1.4
+    assert "yields without end" in next(one.reason for one in found.trials if one.value == found.unstable)
+    assert len(found.mechanism.blocks) > 3
+
+
+def test_no_equilibrium_is_nearer_than_the_bound(monkeypatch):
+    """By the places that Newton's method reaches in a few corrections, just below the limit, and far along the way."""
+    model = with_strength(slope(dilation=20.0, size=3.0), {"rock:soil": 1 / 1.35})
+    continuum = zoned(model, bsm.Options())
+    run = StageRun(continuum, nominal_constants(model).stiffness[continuum.mesh.block])
+    there = np.ones(model.blocks.count, dtype=bool)
+    equations = run.equations(there, run._loads(there))
+    start = np.zeros(len(equations.load))
+    rest, found = find_equilibrium(equations, start)
+    assert found
+    bounds = []
+    for corrections in range(6):
+        monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", corrections)
+        at, found = find_equilibrium(equations, start)
+        if found:
+            break
+        bounds += [bound for bound, _ in _bounds(equations, at, start)]
+        assert plastic_collapse(equations, at, start) is None
+    assert len(bounds) > 40
+    assert 0.05 * np.abs(rest.u).max() < max(bounds) <= np.abs(rest.u).max()
 
 
 def test_rock_that_is_put_back_is_without_plastic_strain():

@@ -18,21 +18,26 @@ from bsm_mesh.movements import angles, distances
 from bsm_mesh.results.evidence import LATER_BOLTS
 from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.solve.stages.scheme import Prover
-from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.stage_solution import StageEnd, movement
 from bsm_mesh.solve.zones.stages import Continuum
 from bsm_mesh.solve.zones.system import refuse_loose
 
+MOVING = 0.25  # of the greatest movement: blocks above it are named, as rigid ones are
 PROVED = "no equilibrium was found in the zones, and none exists: no forces within strength balance the loads"
 
 
-def loose_blocks(of: Continuum, end: StageEnd) -> IntArray:
-    """Return the blocks of parts that nothing holds and loads move, (k,).
+def falling_blocks(of: Continuum, end: StageEnd) -> IntArray:
+    """Return the blocks of parts that nothing holds and loads move, and those that plastic collapse moves, (k,).
 
     Raises
     ------
     ModelError
         If the model has no support, or loads move none of those parts: any place of them is as good as another.
     """
+    if end.collapse is not None:
+        moved = distances(movement(of, end.collapse.u - end.origin)) * end.present
+        moving: IntArray = np.flatnonzero(moved > MOVING * moved.max()).astype(np.int32)
+        return moving
     driven = [part for part in end.loose if part.is_driven]
     if end.loose and not (driven and of.model.supports):
         refuse_loose(end.loose)

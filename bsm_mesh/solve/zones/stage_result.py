@@ -17,7 +17,7 @@ from bsm_mesh.results.zones import ZoneResult
 from bsm_mesh.solve.algebra.constraints import build_constraints
 from bsm_mesh.solve.algebra.loads import force_sums, mean_force, reference_weight, relative_residual
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
-from bsm_mesh.solve.zones.collapse import loose_blocks
+from bsm_mesh.solve.zones.collapse import falling_blocks
 from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
 from bsm_mesh.solve.zones.small_displacements import moved_far
@@ -101,7 +101,7 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         contacts=contacts,
         supports=supports,
         bolts=bolts,
-        unstable_blocks=loose_blocks(of, end),
+        unstable_blocks=falling_blocks(of, end),
         start_residual=0.0,
         residual=relative,
         reference_weight=reference,
@@ -221,6 +221,11 @@ def _verdict(
 ) -> tuple[Status, str]:
     if end.loose:
         return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
+    if end.collapse is not None:
+        return Status.UNSTABLE, (
+            f"rock yields without end: no equilibrium was found, and any needs displacements above "
+            f"{end.collapse.distance:.3g} m"
+        )
     if not found.converged:
         return Status.NOT_CONVERGED, NO_EQUILIBRIUM
     if far := moved_far(of.model, position, end.present):

@@ -18,6 +18,7 @@ from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stre
 from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
+from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
 from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
 from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.supports import held_displacements
@@ -138,7 +139,7 @@ class StageRun:
         both = here[of.ties].all(axis=0)
         loads = self._loads(present)
         equations = self.equations(present, loads)
-        held = equations.free.supports
+        held, collapse = equations.free.supports, None
         for part in parts:
             held_back = state.held_back(part)
             equations = replace(equations, load=equations.load - held_back)
@@ -149,7 +150,10 @@ class StageRun:
             if self.near is not None and part == parts[-1]:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
+            start = state.u
             equations, at, converged = self._reached(equations)
+            if not converged:
+                collapse = plastic_collapse(equations, at, start)
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
             if equations.plastic is not None:
@@ -167,6 +171,7 @@ class StageRun:
             at=at,
             bolts=equations.bolts,
             loose=loose,
+            collapse=collapse,
             stiffness=self.stiffness,
             initial_stress=self.initial_stress,
             water=state.water,
