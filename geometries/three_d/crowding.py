@@ -38,7 +38,7 @@ def expected_cells(joints: Sequence[tuple[Planes, float]], low: FloatArray, high
     """
     generator = np.random.default_rng(0)
     joints = [(_whole(planes), share) for planes, share in joints]
-    joints = [(planes, share) for planes, share in joints if len(planes.normal)]
+    joints = _single_ones_together([(planes, share) for planes, share in joints if len(planes.normal)])
     cells = 1.0 + sum(len(planes.normal) * share for planes, share in joints)
     for number, meet in ((2, _lines_meet), (3, _points_meet)):
         for chosen in combinations_with_replacement(range(len(joints)), number):
@@ -49,6 +49,21 @@ def expected_cells(joints: Sequence[tuple[Planes, float]], low: FloatArray, high
                 ways /= np.prod([factorial(chosen.count(c)) for c in set(chosen)])
                 cells += there / DRAWS * ways * float(np.prod([joints[c][1] for c in chosen]))
     return cells
+
+
+def _single_ones_together(joints: Sequence[tuple[Planes, float]]) -> list[tuple[Planes, float]]:
+    """Return joints with all single planes of a persistence as one: of many, every three would be drawn for minutes."""
+    singles: dict[float, list[Planes]] = {}
+    for planes, share in joints:
+        if len(planes.normal) == 1:
+            singles.setdefault(share, []).append(planes)
+    found = [(planes, share) for planes, share in joints if len(planes.normal) > 1]
+    for share, several in singles.items():
+        normal, point, radius = (
+            np.concatenate([getattr(p, n) for p in several]) for n in ("normal", "point", "radius")
+        )
+        found.append((Planes(normal=normal, point=point, radius=radius), share))
+    return found
 
 
 def _whole(planes: Planes) -> Planes:
