@@ -16,17 +16,27 @@ import numpy as np
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, processor, tell
 from bsm_mesh.model.base_motion import GRAVITY
+from bsm_mesh.model.shaking import Integrator
 from examples.numbers.pages import markdown
 from tests.scenes.shaken import quake, wall
 
 COMMAND = "python -m benchmarks.shaken_walls"
 LENGTH, PEAK = 10.0, 0.3 * GRAVITY  # s, m/s2
-HEADER = ("blocks", "`time_step`", "steps", "greatest, mm", "rms, mm", "balance missed by, %", "processor time, s")
+HEADER = (
+    "blocks",
+    "`integrator`",
+    "`time_step`",
+    "steps",
+    "greatest, mm",
+    "rms, mm",
+    "balance missed by, %",
+    "processor time, s",
+)
 
 
-def row(side: int, part: float, threads: int) -> tuple[str, ...]:
-    """Return the row of a wall of so many courses and bricks, and a part of the stable time step."""
-    shaking = bsm.Shaking(record=quake(PEAK, LENGTH), every=LENGTH / 100)
+def row(side: int, integrator: Integrator, part: float, threads: int) -> tuple[str, ...]:
+    """Return the row of a wall of so many courses and bricks, an integrator, and its `time_step`."""
+    shaking = bsm.Shaking(record=quake(PEAK, LENGTH), every=LENGTH / 100, integrator=integrator)
     model = wall(replace(shaking, time_step=part), courses=side, bricks=side)
     begun = time.process_time()
     stage = bsm.run(model, bsm.Options(threads=threads)).stages[-1]
@@ -36,7 +46,7 @@ def row(side: int, part: float, threads: int) -> tuple[str, ...]:
     moved = 1e3 * np.hypot(*stage.stage_displacement[1:, :2].T)
     sizes = f"{moved.max():.2f}", f"{np.sqrt((moved**2).mean()):.2f}"
     count, balance = str(model.blocks.count), f"{100 * found.imbalance:.1g}"
-    return count, f"{part:g}", str(found.cycles), *sizes, balance, f"{seconds:.0f}"
+    return count, integrator, f"{part:g}", str(found.cycles), *sizes, balance, f"{seconds:.0f}"
 
 
 def main() -> None:
@@ -49,8 +59,11 @@ def main() -> None:
     bsm.run(wall(bsm.Shaking(record=quake(PEAK, 2.1), every=1.0), courses=2, bricks=2))  # compiles
     rows = []
     for number, side in enumerate(given.sides):
-        for part in (0.5, 0.25, 0.125) if number == 0 else (0.5,):
-            rows.append(row(side, part, given.threads))
+        runs: list[tuple[Integrator, float]] = [("explicit", 0.5)]
+        if number == 0:
+            runs += [("explicit", 0.25), ("explicit", 0.125), ("implicit", 0.05)]
+        for integrator, part in runs:
+            rows.append(row(side, integrator, part, given.threads))
             print(*rows[-1], flush=True)
     said = f"Measured on one thread of {processor()}." if given.threads == 1 else f"Measured on {processor()}."
     tell(f"{markdown(HEADER, rows)}\n\n{said}", COMMAND, given.into)

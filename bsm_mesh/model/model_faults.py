@@ -169,6 +169,13 @@ def _shaking_faults(model: Model, shaking: Shaking) -> Iterable[str]:
     yield from _quiet_faults(model, shaking)
     if model.flow is not None:
         yield "flow in joints is not followed in time; give [water] with a still table instead of [flow]"
+    if shaking.integrator == "implicit" and shaking.dashpots > 0:
+        for joint in model.joints:
+            if joint.max_closure is not None or joint.dilation_angle > 0 or joint.reference_stress is not None:
+                yield (
+                    f"contact_damping with integrator = 'implicit' needs linear springs, and joint '{joint.name}' has "
+                    "max_closure, dilation_angle or reference_stress; set integrator = 'explicit'"
+                )
     used = {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
     for rock in model.rocks:
         if rock.unit_weight == 0 and rock.name in used:

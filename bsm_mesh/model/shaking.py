@@ -25,6 +25,7 @@ from bsm_mesh.model.values import Rules, is_number, parts_of
 
 Waveform = Literal["sine", "ricker", "pulse"]
 MotionQuantity = Literal["acceleration", "velocity", "stress"]
+Integrator = Literal["explicit", "implicit"]
 Series = tuple[tuple[float, ...], tuple[float, ...]]
 HOUSNER = "housner"
 HOUSNER_DASHPOTS = 2.0  # over the critical ones: a block rebounds by a twentieth of its speed, by a seventh on critical
@@ -73,8 +74,12 @@ class Shaking:
         slenderness.
     mass_damping : (ratio, frequency) or None [-, Hz]
         Part of critical damping, at a frequency, of a drag on all blocks by their masses; None: none.
+    integrator : {"explicit", "implicit"}
+        Central differences; or the trapezoidal rule with contact forces at the end of each time step, for few blocks
+        and as a second opinion.
     time_step : float
-        Part of the stable time step that is taken. The error of the energy balance belongs to its square.
+        Part of the stable time step that is taken. The error of the energy balance belongs to its square. Of the
+        implicit integrator: the longest time step, over `every`; it is halved where the balance asks for it.
     mass_scaling : float
         Blocks may be heavier than real by this factor at most, for a longer time step; 1: never.
     max_imbalance : float
@@ -108,6 +113,7 @@ class Shaking:
     every: Annotated[float, DURATION] | None = None
     contact_damping: Annotated[float, DAMPING] | Literal["housner"] = 0.0
     mass_damping: tuple[float, float] | None = None
+    integrator: Integrator = "explicit"
     time_step: Annotated[float, PART] = 0.5
     mass_scaling: Annotated[float, MASS_SCALING] = 1.0
     max_imbalance: Annotated[float, IMBALANCE] = 0.01
@@ -116,9 +122,10 @@ class Shaking:
         rules = Rules("shaking")
         rules.numbers(self, without=("contact_damping",) if self.contact_damping == HOUSNER else ())
         rules.choice("quantity", self.quantity, get_args(MotionQuantity))
+        rules.choice("integrator", self.integrator, get_args(Integrator))
         object.__setattr__(self, "quiet", rules.texts("quiet", self.quiet))
         rules.text("boundary", self.boundary, optional=True)
-        rules.faults += self._boundary_faults()
+        rules.faults += [*self._boundary_faults(), *self._implicit_faults()]
         if (self.record is None) == (self.waveform is None):
             rules.faults.append("shaking: needs a record or a waveform, and not both")
         elif self.record is not None:
@@ -149,6 +156,17 @@ class Shaking:
         if len(set(self.quiet)) < len(self.quiet):
             return ["shaking: quiet names a boundary twice; name each once"]
         return []
+
+    def _implicit_faults(self) -> list[str]:
+        """Return the keys that the implicit integrator cannot take."""
+        if self.integrator != "implicit":
+            return []
+        faults = []
+        if self.quiet:
+            faults.append("shaking: quiet boundaries need integrator = 'explicit'")
+        if self.mass_scaling != 1:
+            faults.append("shaking: mass_scaling has no use with integrator = 'implicit'; remove it")
+        return faults
 
     @property
     def dashpots(self) -> float:

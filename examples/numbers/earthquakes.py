@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.integrate import quad
 
 import bsm_mesh as bsm
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.base_motion import GRAVITY
+from bsm_mesh.model.shaking import Integrator
 from bsm_mesh.results.shaking import ENERGIES
 from examples.numbers.pages import Table, markdown
 from examples.numbers.runs import load
 from examples.numbers.safety import starter
 from tests.scenes.models import GAMMA
 from tests.scenes.quiet import DENSITY, MODULI, column, velocities
-from tests.scenes.shaken import QUIET, housners_swings, quake, rocking, swings, wall
+from tests.scenes.shaken import QUIET, block_on_plane, housners_swings, quake, quarter, rocking, swings, wall
 
 DAMPINGS = (0.0, 0.2, "housner")
 SLENDERNESS, SWINGS, MEMBERS = (2, 4, 8), 2, 12
@@ -130,6 +133,70 @@ def energies_by_damping() -> str:
     return markdown(header, rows)
 
 
+def by_integrator() -> str:
+    """Return a row for every case and integrator: the answer, its error, time steps."""
+    rows = [_row("Newmark's block, sliding, m", newmark_block, 4)]
+    rows += [_row("Housner's block, first quarter, s", quarter_of_a_swing, 5)]
+    rows += [_row("free vibration, energy over its mean, greatest less least", vibration, 1)]
+    rows += [_row("wall of 16 bricks at 0.4 g, rms movement, mm", small_wall, 3)]
+    return markdown(("case", "closed form", "explicit", "implicit", "steps", "implicit steps"), rows)
+
+
+def _row(name: str, case: Callable[[Integrator], tuple[float | None, float, int]], digits: int) -> tuple[str, ...]:
+    exact, explicit, steps = case("explicit")
+    _, implicit, implicit_steps = case("implicit")
+    form = ".0e" if digits == 1 else f".{digits}f"
+    values = ["-" if value is None else f"{value:{form}}" for value in (exact, explicit, implicit)]
+    return name, *values, str(steps), str(implicit_steps)
+
+
+def newmark_block(integrator: Integrator) -> tuple[float | None, float, int]:
+    """Return the sliding of Newmark's block by formula and by an integrator [m], and its steps."""
+    a, slows, t0 = 0.5 * GRAVITY, 0.2 * GRAVITY, 0.3
+    pulse = bsm.Shaking(waveform="pulse", frequency=1, cycles=t0, amplitude=a, duration=0.9, every=0.01)
+    stage = bsm.run(block_on_plane(_by(pulse, integrator, 0.1), friction=0.2, kn=1e10)).stages[-1]
+    assert stage.shaking is not None
+    return (a - slows) * t0**2 / 2 * a / slows, -float(stage.stage_displacement[1, 0]), stage.shaking.cycles
+
+
+def quarter_of_a_swing(integrator: Integrator) -> tuple[float | None, float, int]:
+    """Return the first quarter period of Housner's block by formula and by an integrator [s], and its steps."""
+    b, h = 0.25, 1.0
+    alpha, p2 = np.arctan2(b, h), 3 * GRAVITY / (4 * np.hypot(b, h))
+    begin = 0.5 * alpha
+
+    def slowness(s: float) -> float:
+        return float(2 * s / np.sqrt(2 * p2 * (np.cos(alpha - begin) - np.cos(alpha - begin + s**2))))
+
+    exact = quad(slowness, 0, np.sqrt(begin))[0]
+    shaking = bsm.Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, cycles=1.05 * exact, every=4e-3)
+    time, turn, loop = rocking(b, h, begin, _by(shaking, integrator, 0.5), kn=4e9)
+    return exact, float(quarter(time, turn)), loop.shaken.cycles
+
+
+def vibration(integrator: Integrator) -> tuple[float | None, float, int]:
+    """Return by how much the energy of a column that swings up and down varies, over its mean, and the steps."""
+    kick = bsm.Shaking(waveform="pulse", frequency=1, amplitude=0.2, cycles=4e-3, duration=2.0, direction=90.0)
+    found = bsm.run(wall(_by(replace(kick, every=0.002), integrator, 1.0), courses=4, bricks=1)).stages[-1].shaking
+    assert found is not None
+    total = found.energy[5:, 2] + found.energy[5:, 3] - found.energy[5:, 1]
+    return 0.0, float(np.ptp(total) / total.mean()), found.cycles
+
+
+def small_wall(integrator: Integrator) -> tuple[float | None, float, int]:
+    """Return the rms movement of a wall under a record [mm], and the steps."""
+    record = _by(bsm.Shaking(record=quake(0.4 * GRAVITY, 2.5), every=0.05), integrator, 0.05)
+    stage = bsm.run(wall(record, courses=4, bricks=4, kn=1e8)).stages[-1]
+    assert stage.shaking is not None
+    rms = np.sqrt((stage.stage_displacement[1:, :2] ** 2).sum(axis=1).mean())
+    return None, 1e3 * float(rms), stage.shaking.cycles
+
+
+def _by(shaking: bsm.Shaking, integrator: Integrator, part: float) -> bsm.Shaking:
+    """Return a shaking by an integrator; the implicit one with a part of `every` as its time step."""
+    return replace(shaking, integrator=integrator, time_step=part) if integrator == "implicit" else shaking
+
+
 def slope_by_damping() -> str:
     """Return a row for every damping of the starter slope under a sine of 0.3 g, and one of Newmark's method."""
     model = starter("slope")
@@ -198,5 +265,6 @@ TABLES = (
     Table(name="shaken-slope", page="docs/earthquakes.md", make=slope_by_damping, is_slow=True, tolerance=0.3),
     Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
     Table(name="random-rocking", page="docs/earthquakes.md", make=random_rocking, is_slow=True),
+    Table(name="integrators", page="docs/earthquakes.md", make=by_integrator, is_slow=True, tolerance=0.3),
     Table(name="damped", page="docs/earthquakes.md", make=energies_by_damping, tolerance=0.15),
 )

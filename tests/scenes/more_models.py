@@ -81,6 +81,7 @@ mass_damping = { ratio = 0.02, frequency = "20 Hz" }
 time_step = 0.5
 mass_scaling = 1.5
 max_imbalance = 0.05
+integrator = "explicit"
 [[stage]]
 name = "weathered"
 gravity = { horizontal = 0.1, vertical = -0.05 }

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import fields, replace
 from math import floor
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,10 +15,11 @@ from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
-from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.model.shaking import Integrator, Shaking
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.results.shaking import imbalance_of
+from bsm_mesh.solve.continuation.implicit_motion import ImplicitMotion
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.pace import Pace
 from bsm_mesh.solve.continuation.plan import USUAL, Route
@@ -34,6 +36,8 @@ from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.system import Contacts, System
 
 NAME = "shaking"
+ShakenBlocks: TypeAlias = ShakenMotion | ImplicitMotion
+INTEGRATORS: dict[Integrator, type[ShakenBlocks]] = {"explicit": ShakenMotion, "implicit": ImplicitMotion}
 
 
 class ShakenContinuation(Continuation):
@@ -143,22 +147,22 @@ class ShakenContinuation(Continuation):
         began = time.perf_counter(), self.factors.count
         contacts = system.gather(state.history, state.position, first=False, keeps_lengths=True)
         equations = StepEquations(system, self.factors, contacts, state.position, self.min_lam)
-        motion = ShakenMotion(equations, self._shaking, self._base, memory)
+        made = INTEGRATORS[self._shaking.integrator]
+        motion = made(equations, self._shaking, self._base, memory)
         interval, last = self._shaking.interval, min(self._shaking.length, floor(memory.time + ROUNDING) + 1.0)
         while motion.memory.time < last and motion.passed <= system.d:
             output = interval * (floor(motion.memory.time / interval + ROUNDING) + 1)
             output = min(output, self._shaking.length)
             motion.go_on(min(output, last))
             if motion.diverged:
-                reason = f"blocks are nowhere any more after {motion.memory.time:.4g} s of shaking; reduce time_step"
-                return self._end(Status.NOT_CONVERGED, reason, motion.contacts, motion.residual.position)
+                return self._end(Status.NOT_CONVERGED, motion.fault, motion.contacts, motion.residual.position)
             if motion.memory.time == output:
                 motion.keep_record()
                 self._note(motion, began)
                 began = time.perf_counter(), self.factors.count
         return self._after_shaking(motion)
 
-    def _note(self, motion: ShakenMotion, began: tuple[float, int]) -> None:
+    def _note(self, motion: ShakenBlocks, began: tuple[float, int]) -> None:
         """Record a time of the shaking."""
         position, contacts = motion.residual.position, motion.contacts
         self.shaken, self.system.bolts = motion.memory, motion.system.bolts
@@ -166,7 +170,7 @@ class ShakenContinuation(Continuation):
         at = motion.residual.at
         self._record(len(self.steps), residual, position, contacts, at, began, (NAME,), motion.memory.time)
 
-    def _after_shaking(self, motion: ShakenMotion) -> Motion | None:
+    def _after_shaking(self, motion: ShakenBlocks) -> Motion | None:
         """Take over where a step of the shaking ended; return the final state where blocks have fallen."""
         system, position, contacts = self.system, motion.residual.position, motion.contacts
         self.shaken, system.bolts = motion.memory, motion.system.bolts

@@ -86,7 +86,7 @@ def _part_of_the_way(attempt: Attempt) -> tuple[StepEquations, FloatArray]:
     The way is one turn about an instant centre: a block that rocks stays on its corner.
     """
     step = attempt.equations
-    begin = step.regularization_reference
+    begin = step.searched
     part = (1 - 1e-9) * step.max_movement / step.movement(attempt.position - begin)  # but for rounding
     way = step.system.movement_between(begin, attempt.position)
     position = step.moved_by(begin, part * way)

@@ -102,8 +102,7 @@ class RealMasses(Masses):
         if self._shaking.dashpots == 0:
             return np.zeros(len(a), np.float32)
         inverse = np.where(self._system.prescribed_blocks, 0.0, 1 / self.mass[:, 0])
-        both = inverse[a] + inverse[b]
-        critical = 2 * np.sqrt(normal_stiffness.astype(np.float64) / np.where(both > 0, both, np.inf))
+        critical = critical_dashpots(normal_stiffness.astype(np.float64), inverse[a] + inverse[b])
         dashpots: SingleArray = (self._shaking.dashpots * critical).astype(np.float32)
         return dashpots
 
@@ -122,3 +121,15 @@ class RealMasses(Masses):
         """Masses over the real ones, (n,): the greatest of a block."""
         found: FloatArray = (self.mass / (GRAVITY * self.inverse_rate) / self.real).max(axis=1)
         return found
+
+
+def critical_dashpots(stiffness: FloatArray, inverse_masses: FloatArray) -> FloatArray:
+    """Return critical dashpots of contacts (k,) of a stiffness and the sum of both blocks' inverse masses.
+
+    Examples
+    --------
+    >>> critical_dashpots(np.array([8.0, 8.0]), np.array([0.5, 0.0])).tolist()
+    [8.0, 0.0]
+    """
+    critical: FloatArray = 2 * np.sqrt(stiffness / np.where(inverse_masses > 0, inverse_masses, np.inf))
+    return critical

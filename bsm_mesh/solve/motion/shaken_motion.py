@@ -15,7 +15,6 @@ import numpy as np
 from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.shaking import Shaking
-from bsm_mesh.results.shaking import ENERGIES
 from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.energy import spring_energy
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
@@ -79,6 +78,11 @@ class ShakenMotion(ExplicitMotion):
         self._until = until
         while self.memory.time < until and not self.diverged and self.passed <= self.system.d:
             self.advance()
+
+    @property
+    def fault(self) -> str:
+        """Why it diverged, in words."""
+        return f"blocks are nowhere any more after {self.memory.time:.4g} s of shaking; reduce time_step"
 
     @property
     def settled_velocity(self) -> FloatArray:
@@ -276,15 +280,9 @@ class ShakenMotion(ExplicitMotion):
 
     def keep_record(self) -> None:
         """Add a row to the records: the present time, acceleration of the base and energies."""
-        memory = self.memory
-        sums = dict(zip(SUMS, memory.sums, strict=True))
-        springs = spring_energy(self.contacts, self.residual.at) - memory.springs
-        found = {**sums, "kinetic": self._kinetic(), "springs": springs}
-        if memory.quiet is not None:
-            found["quiet"] += memory.quiet.stored(self._given(1)[0], self._time_step)
-        found["error"] = found["input"] + found["loads"] - sum(found[name] for name in ENERGIES[2:-1])
-        base = 0.0  # where a wave enters, supports are at rest
+        memory, base = self.memory, 0.0  # where a wave enters, supports are at rest
         if self._shaking.boundary is None:
             base = self._base_accelerations(1)[0] / self._time_step**2
-        row = [memory.time, base, *(found[name] for name in ENERGIES)]
-        self.memory = replace(memory, records=np.vstack([memory.records, row]))
+        in_ends = 0.0 if memory.quiet is None else memory.quiet.stored(self._given(1)[0], self._time_step)
+        springs = spring_energy(self.contacts, self.residual.at)
+        self.memory = memory.with_record(base, self._kinetic(), springs, in_ends)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ class ShakingMemory:
     time : float [s]
         Since the stage began.
     velocity : (n, 3) float64 [m/s, m/s, rad/s]
-        Of the blocks, half a time step before.
+        Of the blocks, half a time step before; of the implicit integrator at the time.
     time_step, stable : float [s]
         The last one, 0 at the start; the largest that was stable so far.
     sums : (7,) float64 [N]
@@ -48,6 +49,8 @@ class ShakingMemory:
         Kinetic energy and that of springs where blocks have come down.
     quiet : QuietEnds or None
         Of quiet boundaries.
+    dashpots : (n, 3) float64 or None [N/m, N/m, N]
+        Forces of contacts' dashpots on blocks at the end of the last implicit time step.
     """
 
     time: float
@@ -66,6 +69,7 @@ class ShakingMemory:
     windows: int
     stored: float = 0.0
     quiet: QuietEnds | None = None
+    dashpots: FloatArray | None = None
 
     @classmethod
     def begin(cls, blocks: int, joints: int, springs: float, quiet: QuietEnds | None = None) -> ShakingMemory:
@@ -94,19 +98,35 @@ class ShakingMemory:
         sums[SUMS.index("loads")] += stored - self.stored
         return replace(self, sums=sums, stored=stored)
 
+    def with_record(self, base: float, kinetic: float, springs: float, in_ends: float = 0.0) -> ShakingMemory:
+        """Return the same with a row more in the records.
+
+        Parameters
+        ----------
+        base : float [m/s2]
+            Acceleration of the base.
+        kinetic, springs, in_ends : float [N]
+            Energy of the blocks' movement, in springs of contacts, and in the ends of quiet boundaries, now.
+        """
+        found = {**dict(zip(SUMS, self.sums, strict=True)), "kinetic": kinetic, "springs": springs - self.springs}
+        found["quiet"] += in_ends
+        found["error"] = found["input"] + found["loads"] - sum(found[name] for name in ENERGIES[2:-1])
+        return replace(self, records=np.vstack([self.records, [self.time, base, *(found[name] for name in ENERGIES)]]))
+
     def in_part(self, part: SubModel) -> ShakingMemory:
         """Return the same of some of the blocks."""
         quiet = None if self.quiet is None else self.quiet.in_part(part)
-        rows = {name: getattr(self, name)[part.block] for name in ("velocity", "peaks", "heavier")}
-        return replace(self, quiet=quiet, **rows)
+        names = ("velocity", "peaks", "heavier", *(() if self.dashpots is None else ("dashpots",)))
+        return replace(self, quiet=quiet, **{name: getattr(self, name)[part.block] for name in names})
 
     def in_whole(self, part: SubModel) -> ShakingMemory:
         """Return the same in the numbers of the whole."""
         heavier = np.zeros(len(part.present), dtype=bool)
         heavier[part.block] = self.heavier
         quiet = None if self.quiet is None else self.quiet.in_whole(part)
-        velocity, peaks = part.in_whole(self.velocity), part.in_whole(self.peaks)
-        return replace(self, velocity=velocity, peaks=peaks, heavier=heavier, quiet=quiet)
+        names = ("velocity", "peaks", *(() if self.dashpots is None else ("dashpots",)))
+        rows: dict[str, Any] = {name: part.in_whole(getattr(self, name)) for name in names}
+        return replace(self, heavier=heavier, quiet=quiet, **rows)
 
 
 def result_of(memory: ShakingMemory) -> ShakingResult:

@@ -88,15 +88,19 @@ class StepEquations:
         Movement that this step allows beyond `MAX_MOVEMENT`, for settlement of all blocks together.
     is_symmetric : bool
         Whether the tangent has but the symmetric part of the loads' stiffness.
+    has_inertia : bool
+        Whether the regularisation is the inertia of a time step.
     regularization_reference : (n, axes) float64
         Position at which the regularisation is zero: the accepted one, unless contacts were updated within the step.
+    searched : (n, axes) float64
+        Position at which contacts were searched for.
     """
 
     def __init__(self, system: System, factors: Factors, contacts: Contacts, anchor: FloatArray, lam: float) -> None:
         self.system, self.factors, self.contacts, self.anchor, self.lam = system, factors, contacts, anchor, lam
-        self.regularization_reference = anchor
+        self.regularization_reference = self.searched = anchor
         self.settlement_allowance, self.mass, self.scale = 0.0, system.mass, system.scale
-        self.is_symmetric = False
+        self.is_symmetric = self.has_inertia = False
         self.supports = system.constraints_at(anchor)
         increment = system.prescribed_increment(self.supports)
         self.supports_move = bool(increment.any())
@@ -106,6 +110,26 @@ class StepEquations:
     def with_regularization(self, lam: float) -> StepEquations:
         """Return the same step with another regularisation [1/m]."""
         return self._changed(lam=lam)
+
+    def with_inertia(self, inertia: FloatArray, reference: FloatArray) -> StepEquations:
+        """Return the step with the inertia of a time step in the place of the regularisation.
+
+        A rule of the Newmark family gives the acceleration at the end of a time step as a linear function of the
+        position there. So mass times acceleration, with forces that are constant or grow with velocity, is
+        ``inertia (q - reference)``: the residual is zero where the equations of motion hold.
+
+        Parameters
+        ----------
+        inertia : (n, axes) float64 [N/m2, N]
+            Of every block: for the trapezoidal rule ``4 m / h^2``, with the time step h.
+        reference : (n, axes) float64 [m, rad]
+            Position to which blocks would come without forces.
+
+        References
+        ----------
+        Newmark 1959, J. Eng. Mech. Div. ASCE 85(3), 67-94, with beta = 1/4, gamma = 1/2.
+        """
+        return self._changed(lam=1.0, mass=inertia, regularization_reference=reference, has_inertia=True)
 
     def with_system_of_its_own(self) -> StepEquations:
         """Return the same step with a copy of the system, whose bolts a method may commit on its way."""
@@ -118,7 +142,8 @@ class StepEquations:
     def updated(self, contacts: Contacts, position: FloatArray) -> StepEquations:
         """Return the step with contacts searched at a position, which becomes the reference of the regularisation."""
         pattern = self.factors.pattern_of(contacts)
-        return self._changed(contacts=contacts, regularization_reference=position, pattern=pattern)
+        reference = self.regularization_reference if self.has_inertia else position
+        return self._changed(contacts=contacts, regularization_reference=reference, searched=position, pattern=pattern)
 
     def static_problem_at(self, position: FloatArray, lam: float, *, is_symmetric: bool = False) -> StepEquations:
         """Return the static equations at another position, with another regularisation."""
@@ -127,6 +152,7 @@ class StepEquations:
         return self._changed(
             anchor=position,
             regularization_reference=position,
+            searched=position,
             lam=lam,
             supports=supports,
             pattern=pattern,
@@ -171,7 +197,7 @@ class StepEquations:
 
     def within_search_range(self, position: FloatArray) -> bool:
         """Return whether no block can have reached a contact outside the range of the search."""
-        moved = position - self.regularization_reference
+        moved = position - self.searched
         if self.movement(moved) > self.max_movement:
             return False
         return self.settlement_allowance == 0 or self._is_within_band(moved)

@@ -50,6 +50,7 @@ class SubdomainEquations(StepEquations):
         self.settlement_allowance, self.supports_move = step.settlement_allowance, False
         self.start = position[self.blocks]
         self.regularization_reference = step.regularization_reference[self.blocks]
+        self.searched = step.searched[self.blocks]
         self.mass, self.scale = step.mass[self.blocks], step.scale[self.blocks]
         self.supports = step.supports.of(self.blocks)
         self.contacts = step.system.some(step.contacts, self.rows, np.cumsum(involved, dtype=np.int32) - 1)

@@ -1,0 +1,87 @@
+"""Blocks that are shaken, by the implicit integrator: closed forms, and agreement with the explicit one.
+
+The closed forms are those of `test_shaking`: Newmark (1965), a block under a harmonic acceleration, Housner (1963).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import bsm_mesh as bsm
+from bsm_mesh.model.base_motion import GRAVITY
+from tests.scenes.shaken import QUIET, block_on_plane, quake, quarter, rocking, wall
+
+
+def test_newmark_block_slides_as_far_as_after_a_pulse():
+    a, slows, t0 = 0.5 * GRAVITY, 0.2 * GRAVITY, 0.3
+    exact = (a - slows) * t0**2 / 2 * a / slows
+    pulse = bsm.Shaking(waveform="pulse", frequency=1, cycles=t0, amplitude=a, duration=0.9, every=0.01)
+    shaking = replace(pulse, integrator="implicit", time_step=0.1)
+    stage = bsm.run(block_on_plane(shaking, friction=0.2, kn=1e10)).stages[-1]
+    assert stage.status == "stable"
+    assert_allclose(stage.stage_displacement[1, 0], -exact, rtol=3e-3)
+    assert_allclose(stage.shaking.energy[-1, [0, 5]], 0.2 * 12.5e3 * exact, rtol=3e-3)
+    assert stage.shaking.imbalance < 1e-4
+
+
+@pytest.mark.heavy
+def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
+    """Dashpots take the swinging of its spring, whose period of 2 ms no time step of 2 ms resolves."""
+    a, slows, times = 8.0, 0.8 * GRAVITY, np.linspace(0, 12.5, 12_501)
+    begins = np.arcsin(slows / a)
+
+    def speed(t):
+        return a * (np.cos(begins) - np.cos(t)) - slows * (t - begins)
+
+    ends = brentq(speed, begins + 0.05, begins + 2)
+    swing, greatest = quad(speed, begins, ends)[0], speed(np.linspace(begins, ends, 10_001)).max()
+    record = bsm.Shaking(
+        record=(times, -a * np.sin(times)), every=0.05, time_step=0.04, integrator="implicit", contact_damping=0.5
+    )
+    watched = [bsm.History(name="b", block=1)]
+    results = bsm.run(block_on_plane(record, friction=0.8, kn=1e7, gamma=GRAVITY / 0.5, histories=watched))
+    assert_allclose(np.ptp(results.histories["b"]["u"][120:250]), swing, rtol=2e-3)
+    assert_allclose(results.stages[-1].shaking.peak_velocity[1], greatest, rtol=2e-3)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("tilt", [0.25, 0.5, 0.75])
+def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
+    b, h = 0.25, 1.0
+    alpha, p2 = np.arctan2(b, h), 3 * GRAVITY / (4 * np.hypot(b, h))
+    begin = tilt * alpha
+
+    def slowness(s):
+        return 2 * s / np.sqrt(2 * p2 * (np.cos(alpha - begin) - np.cos(alpha - begin + s**2)))
+
+    exact = quad(slowness, 0, np.sqrt(begin))[0]
+    shaking = bsm.Shaking(**QUIET, cycles=1.05 * exact, every=4e-3, time_step=0.5, integrator="implicit")
+    time, turn, _ = rocking(b, h, begin, shaking, kn=4e9)
+    assert_allclose(quarter(time, turn), exact, atol=2e-4)
+
+
+def test_free_vibration_keeps_its_energy():
+    """Up and down springs are linear: the trapezoidal rule keeps their energy, whatever the time step."""
+    kick = bsm.Shaking(waveform="pulse", frequency=1, amplitude=0.2, cycles=4e-3, duration=0.8, direction=90.0)
+    shaking = replace(kick, every=0.002, time_step=1.0, integrator="implicit")
+    found = bsm.run(wall(shaking, courses=4, bricks=1)).stages[-1].shaking
+    total = found.energy[5:, 2] + found.energy[5:, 3] - found.energy[5:, 1]  # kinetic, springs, weights
+    assert found.cycles == 400
+    assert total.min() > 0
+    assert np.ptp(total) < 1e-6 * total.mean()
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("damping", [0.0, 0.2])
+def test_both_integrators_agree_on_a_wall(damping):
+    record = bsm.Shaking(record=quake(0.4 * GRAVITY, 2.5), every=0.05, contact_damping=damping)
+    moved = []
+    for given in ({}, {"integrator": "implicit", "time_step": 0.05}):
+        stage = bsm.run(wall(replace(record, **given), courses=4, bricks=4, kn=1e8)).stages[-1]
+        assert stage.status == "stable"
+        moved.append(np.sqrt((stage.stage_displacement[1:, :2] ** 2).sum(axis=1).mean()))
+    assert_allclose(moved[1], moved[0], rtol=0.03)
