@@ -46,6 +46,7 @@ def test_energies_balance_under_laws(name):
     assert_allclose(stage.shaking.slip_energy.sum(), stage.shaking.energy[-1, 5])
 
 
+@pytest.mark.heavy
 def test_energies_balance_with_bolts_and_dashpots():
     damped = replace(IMPLICIT, record=quake(5.0, 1.5), contact_damping=0.3, mass_damping=(0.05, 2.0))
     stage = bsm.run(wall(damped, courses=5, bricks=1, bolts=[bsm.Bolt(**BOLT)])).stages[-1]
@@ -55,6 +56,7 @@ def test_energies_balance_with_bolts_and_dashpots():
     assert np.abs(stage.shaking.energy[:, 4]).max() > 0
 
 
+@pytest.mark.heavy
 def test_the_others_are_shaken_on_without_what_came_down():
     shaking = replace(UP, integrator="implicit", time_step=0.1, contact_damping=0.2)
     results = bsm.run(roof(shaking), bsm.Options(falls=bsm.Falls(on_fall="remove")))

@@ -16,6 +16,7 @@ from bsm_mesh.model.base_motion import GRAVITY
 from tests.scenes.shaken import QUIET, block_on_plane, quake, quarter, rocking, wall
 
 
+@pytest.mark.heavy
 def test_newmark_block_slides_as_far_as_after_a_pulse():
     a, slows, t0 = 0.5 * GRAVITY, 0.2 * GRAVITY, 0.3
     exact = (a - slows) * t0**2 / 2 * a / slows
