@@ -145,8 +145,7 @@ def _slip_work(contacts: ContactSet, now: Evaluation, then: Evaluation) -> Float
         shear, left = now.shear[softer], then.springs.old_shear[softer]
         work[softer] += shear**2 / (2 * before[softer]) - left**2 / (2 * after[softer])
         work[softer] += (shear - left) / 2 * moved[softer]
-    dilating, rows = contacts.dilating, contacts.dilating.rows
-    if len(rows):
-        opening = dilating.slope * np.minimum(then.slip, dilating.room(contacts.slip_path))
-        work[rows] -= (now.pressure + then.pressure)[rows] / 2 * opening
+    slip_path = contacts.after_slip(further)["slip_path"]
+    opening = contacts.features.opened(contacts.offset, contacts.slip_path, slip_path) - contacts.offset
+    work -= (now.pressure + then.pressure) / 2 * opening
     return work
