@@ -28,6 +28,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.movements import distances
 from bsm_mesh.solve.continuation.implicit_work import Instant, StepWork, damped_contacts, failed_contacts, work_of
 from bsm_mesh.solve.methods.corrections import ROUNDING
 from bsm_mesh.solve.methods.newton import newton
@@ -227,16 +228,15 @@ class ImplicitMotion:
         kinetic = [float((self._moving * one.velocity**2).sum() / 2) for one in (now, then)]
         springs = [spring_energy(one.contacts, one.at) for one in (now, then)]
         missing = work.balance - (kinetic[1] - kinetic[0]) - (springs[1] - springs[0])
-        known = np.abs(self.memory.records[:, 2:-1]).max(initial=0.0)
         sums = np.abs(self.memory.sums + work.sums).max()
-        return missing, max(float(known), float(sums), *kinetic, self._least_energy)
+        return missing, max(self.memory.greatest_energy, float(sums), *kinetic, self._least_energy)
 
     def _accept(self, then: Instant, work: StepWork, time: float) -> None:
         """Take over the end of a time step, commit what slipped there, and search for contacts."""
         memory, step, system, position = self.memory, self._step, self.system, then.position
         forces = self.system.acting_at(position) + then.at.forces + then.dashpots
         acceleration = self._onto_free_axes(forces / self._mass - self._shaking.drag * then.velocity)
-        peaks = np.column_stack([np.hypot(*rows[:, :2].T) for rows in (then.velocity, acceleration)])
+        peaks = np.column_stack([distances(rows) for rows in (then.velocity, acceleration)])
         joints = len(memory.slip_energy)
         self.memory = replace(
             memory,

@@ -98,6 +98,11 @@ class ShakingMemory:
         sums[SUMS.index("loads")] += stored - self.stored
         return replace(self, sums=sums, stored=stored)
 
+    @property
+    def greatest_energy(self) -> float:
+        """The greatest of all recorded energies [N]."""
+        return float(np.abs(self.records[:, 2:-1]).max(initial=0.0))
+
     def with_record(self, base: float, kinetic: float, springs: float, in_ends: float = 0.0) -> ShakingMemory:
         """Return the same with a row more in the records.
 
