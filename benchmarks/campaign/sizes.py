@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks.campaign.families import FAMILIES
+from benchmarks.campaign.random_scenes import MOST, SCENES, random_scene
 from benchmarks.campaign.scene import Dig, Scene
 from benchmarks.campaign.trial import Draft, Family
 from tests.scenes import large
@@ -40,6 +41,11 @@ def _rock(friction: float, k0: float) -> Named:
     return Named(name=f"rock {friction:g}, in situ {k0:g}", build=partial(large.blocky_rock, friction=friction), k0=k0)
 
 
+def _random(number: int) -> Named:
+    name, build = random_scene(number)
+    return Named(name=name, build=lambda n: build())
+
+
 WALL = Named(name="wall", build=large.tilted_wall)
 SIZES: dict[str, tuple[int, list[Named]]] = {
     "1e4": (
@@ -68,8 +74,9 @@ SIZES: dict[str, tuple[int, list[Named]]] = {
         ],
     ),
     "1e6": (1_000_000, [WALL]),
+    "random": (MOST, [_random(number) for number in range(SCENES)]),
 }
-LIMITS = {"1e4": 300.0, "1e5": 1800.0, "1e6": 7200.0}  # processor seconds
+LIMITS = {"random": 150.0, "1e4": 300.0, "1e5": 1800.0, "1e6": 7200.0}  # processor seconds
 
 
 def scene_of(named: Named, n: int) -> Scene:

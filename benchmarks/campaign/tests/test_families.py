@@ -62,7 +62,16 @@ def test_the_limit_of_a_flat_arch_is_where_its_load_has_no_rest():
 
 
 def test_large_scenes_are_as_many_as_promised():
-    assert {size: len(families_of(size)) for size in SIZES} == {"1e4": 20, "1e5": 6, "1e6": 1}
+    assert {size: len(families_of(size)) for size in SIZES} == {"1e4": 20, "1e5": 6, "1e6": 1, "random": 30}
+
+
+def test_a_random_large_scene_is_the_same_every_time():
+    names = list(families_of("random"))
+    assert len({name.split()[2] for name in names}) == 6  # kinds
+    for name in names[:2]:
+        first, again = (trial_of(families_of("random")[name], 0).scene for _ in range(2))
+        assert first.digest == again.digest
+        assert 4500 < first.count < 11_500
 
 
 @pytest.mark.parametrize("number", [2, 13, 17, 18])
