@@ -31,7 +31,7 @@ class _Cells:
 def unexplained_overlap(blocks: Polyhedra, stage: StageResult) -> float:
     """Return the overlapping volume less the closure of the contacts times their areas, over the median volume.
 
-    Pairs of blocks are summed whose overlap is greater than their closure. Blocks that moved together, or
+    It is that of the worst pair: a sum would grow with the number of blocks. Blocks that moved together, or
     less than a thousandth of their size against each other, overlap no more than as given.
     """
     movement = stage.origin + stage.displacement
@@ -46,7 +46,7 @@ def unexplained_overlap(blocks: Polyhedra, stage: StageResult) -> float:
     closed = np.maximum(-contacts.opening, 0.0) * contacts.length
     ends = np.sort(np.column_stack([contacts.block_a, contacts.block_b]), axis=1)
     excess = [volume - float(closed[(ends == pair).all(axis=1)].sum()) for pair, volume in shared.items()]
-    return sum(max(each, 0.0) for each in excess) / float(np.median(blocks.moments.volume))
+    return max([0.0, *excess]) / float(np.median(blocks.moments.volume))
 
 
 def _placed(blocks: Polyhedra, movement: FloatArray) -> _Cells:
