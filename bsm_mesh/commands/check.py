@@ -9,18 +9,23 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh import space
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.zones import has_zones
 from bsm_mesh.modelfile.build import LoadedModel, inputs_of, load_model_file
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.pictures.figures import paper, save
-from bsm_mesh.solve.linear.readiness import make_ready
+from bsm_mesh.solve.linear.readiness import make_ready, solver_faults
 from bsm_mesh.solve.zones.scheme import zoned
 from bsm_mesh.text.flow_given import given_flow, given_rows
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality_summary
+from bsm_mesh.text.space_quality import space_rows, space_summary
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 
@@ -78,8 +83,12 @@ def check_model(
     if repair is not None and not 0 <= repair.snap < np.inf:
         raise ModelError(f"--snap {repair.snap}: must be a length of 0 m or more")
     with Progress(quiet=quiet) as progress:
-        loaded = load_model_file(path, progress.report, scripts=scripts)
+        loaded = load_model_file(path, progress.report, scripts=scripts, space=True)
         progress.report("contacts")
+        if in_space(loaded.model.blocks):
+            _refuse_of_the_plane(picture, settings, repair)
+            _tell_of_space(loaded, as_json)
+            return
         with placed(path.name):
             if has_zones(loaded.model):
                 zoned(loaded.model, loaded.options)
@@ -105,6 +114,35 @@ def check_model(
         say(f"repair: {change}")
     if repair is not None:
         say(f'written: {repair.file}; to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
+
+
+def _refuse_of_the_plane(picture: Path | None, settings: Sequence[str], repair: Repair | None) -> None:
+    """Refuse options that polyhedra do not have."""
+    for option, given in (("--picture", picture), ("--threshold", settings or None), ("--repair", repair)):
+        if given is not None:
+            raise ModelError(f"check: {option} is for models of the plane; leave it out")
+
+
+def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
+    """Refuse a model of polyhedra that cannot be run, unless it is for key blocks; print the quality of its blocks."""
+    notes = [*notes_of(loaded.model), *_folder_notes(loaded)]
+    if not loaded.model.supports and _asks_for_key_blocks(loaded):
+        notes.append("for bsm-mesh key-blocks only: bsm-mesh run needs a [[support]]")
+    else:
+        with placed(loaded.path.name):
+            space.refuse_unready(loaded.model, solver_faults(loaded.options), loaded.options.scheme)
+    report = space_summary(loaded.model)
+    if as_json:
+        say_json({**report, "notes": notes})
+        return
+    print_table(f"{loaded.path}: the model is valid", ("", ""), space_rows(report), texts=2)
+    for note in notes:
+        say(f"note: {note}")
+
+
+def _asks_for_key_blocks(loaded: LoadedModel) -> bool:
+    file = loaded.file
+    return isinstance(file, SpaceFile) and bool(file.excavation or file.slope or file.key_blocks.free)
 
 
 def _folder_notes(loaded: LoadedModel) -> tuple[str, ...]:

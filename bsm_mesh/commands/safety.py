@@ -51,7 +51,7 @@ def ask_safety(
     common = {name: asked.pop(name) for name in ("stage", "tolerance", "trials", "processes")}
     with told as progress, stdout_to_stderr():
         if vary is None:
-            loaded = load_model_file(path, progress.report, scripts=scripts)
+            loaded = load_model_file(path, progress.report, scripts=scripts, space=True)
         else:
             _refuse_reductions(asked)
             variation, name = Variation(path, scripts=scripts), vary[0]

@@ -60,7 +60,7 @@ class LoadedModel:
         The model file.
     reach : Reach
         Its rights.
-    file : ModelFile
+    file : ModelFile or SpaceFile
         Its content.
     model : Model
         The model built from it.
@@ -76,7 +76,7 @@ class LoadedModel:
 
     path: Path
     reach: Reach
-    file: ModelFile
+    file: ModelFile | SpaceFile
     model: Model
     options: Options
     notes: tuple[str, ...]
@@ -146,9 +146,19 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     return model
 
 
-def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts: bool = True) -> LoadedModel:
-    """Return the model of a model file together with its options and the notes on its mesh."""
-    return build_model(read_model_file(path), path, Reach(folder=path.parent, scripts=scripts), report)
+def load_model_file(
+    path: Path, report: Reporter = lambda text: None, *, scripts: bool = True, space: bool = False
+) -> LoadedModel:
+    """Return the model of a model file with its options and the notes on its mesh, of three dimensions with `space`."""
+    file = read_file(path) if space else read_model_file(path)
+    reach = Reach(folder=path.parent, scripts=scripts)
+    if isinstance(file, ModelFile):
+        return build_model(file, path, reach, report)
+    model, notes = build_file(file, path, reach, report)
+    assert model.options is not None
+    return LoadedModel(
+        path=path, reach=reach, file=file, model=model, options=model.options, notes=notes, mesh_lines=(), dangling={}
+    )
 
 
 def build_file(

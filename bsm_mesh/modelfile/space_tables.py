@@ -15,7 +15,7 @@ from bsm_mesh.modelfile.bolt_tables import SpaceBoltTable
 from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import PathText, Table, finite
-from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, SolverTable, StressRatio
+from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, ReportTable, SolverTable, StressRatio
 from bsm_mesh.modelfile.units import Lines, SpaceForce, SpaceStress, Vector
 
 Angle = Annotated[float, q.DIRECTION]
@@ -276,3 +276,4 @@ class SpaceFile(Table):
     solver: SolverTable = Field(default_factory=SolverTable)
     falls: FallsTable = Field(default_factory=FallsTable)
     output: OutputTable = Field(default_factory=OutputTable)
+    report: ReportTable = Field(default_factory=ReportTable)

@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.pictures.canvas import FALLS, LETTERS, LINE, ROCKS, Sheet, add_key, new_sheet
 from bsm_mesh.pictures.figures import TEXT, entitle, paper, save
 from bsm_mesh.pictures.joint_pictures import draw_state
@@ -36,7 +37,7 @@ def draw_safety(answer: Safety, movement: float, title: str, added: AddedFiles) 
     """Draw the pictures of an answer into its folder, and return their names; `movement` counts as failure."""
     with added.file("movement.png") as draft:
         draw_movement(answer, movement, title, draft)
-    if not answer.states:
+    if not answer.states or any(in_space(state.blocks) for state in answer.states.values()):
         return ["movement.png"]
     with added.file("mechanism.png") as draft:
         draw_mechanism(answer, title, draft)

@@ -102,7 +102,7 @@ def quality_summary(
     area = blocks.moments.area
     edge = np.hypot(*blocks.edge_vectors.T)
     contacts = system.contacts
-    part = _parts(blocks, contacts)
+    part = parts_of(blocks.count, contacts.block_a, contacts.block_b)
     poor = poor_blocks(blocks, limits)
     poor["without_contact"] = _without_contact(blocks, contacts)
     poor["unsupported"] = np.flatnonzero(~np.isin(part, part[system.constraints.block]))
@@ -115,7 +115,7 @@ def quality_summary(
         "total_area": float(area.sum()),
         "shortest_edge": float(edge.min()),
         "weight": float(model.weights.sum()),
-        "rocks": _counts(blocks.rock_names, blocks.rock),
+        "rocks": counts(blocks.rock_names, blocks.rock),
         "contacts": contacts.count,
         "joint_lengths": {
             joint.name: float(contacts.length[contacts.joint == k].sum()) for k, joint in enumerate(model.joints)
@@ -177,7 +177,8 @@ def _aspects(polygons: Any) -> FloatArray:
     return aspects
 
 
-def _counts(names: tuple[str, ...], index: Any) -> dict[str, int]:
+def counts(names: tuple[str, ...], index: Any) -> dict[str, int]:
+    """Return how often each name occurs among the indices of names."""
     counts = np.bincount(index, minlength=len(names))
     return {name: int(count) for name, count in zip(names, counts, strict=True)}
 
@@ -190,13 +191,12 @@ def _in_one_block(layout: BoltLayout) -> int:
     return int((np.minimum.reduceat(layout.block, starts) == np.maximum.reduceat(layout.block, starts)).sum())
 
 
-def _parts(blocks: Blocks, contacts: ContactTable) -> IntArray:
-    """Return the part that each block belongs to: blocks in contact are in one part."""
+def parts_of(count: int, block_a: IntArray, block_b: IntArray) -> IntArray:
+    """Return the part that each of `count` blocks belongs to: blocks in contact are in one part."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    pairs = (contacts.block_a, contacts.block_b)
-    graph = coo_array((np.ones(contacts.count, dtype=np.int8), pairs), shape=(blocks.count, blocks.count))
+    graph = coo_array((np.ones(len(block_a), dtype=np.int8), (block_a, block_b)), shape=(count, count))
     part: IntArray = connected_components(graph, directed=False)[1]
     return part
 
@@ -279,7 +279,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         alone = f", {report['bolts_in_one_block']} of them in a single block, without effect"
         rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]
     for key, meaning in _meanings(report["thresholds"]).items():
-        rows.append((meaning, _blocks(report[key]) + _place(report["first_at"].get(key))))
+        rows.append((meaning, listed(report[key], report["first_at"].get(key))))
     return rows
 
 
@@ -298,9 +298,9 @@ def _meanings(limits: dict[str, float]) -> dict[str, str]:
     }
 
 
-def _blocks(ids: Sequence[int]) -> str:
-    """Return the numbers of the first blocks of a list."""
-    return numbered("block", ids, 5) if ids else "none"
+def listed(ids: Sequence[int], first_at: Sequence[float] | None) -> str:
+    """Return the numbers of the first blocks of a list, and the place of the first one."""
+    return (numbered("block", ids, 5) if ids else "none") + _place(first_at)
 
 
 def _place(point: Sequence[float] | None) -> str:

@@ -203,7 +203,7 @@ def test_what_is_wrong_is_refused(case: Case, old: str, new: str, said: str) -> 
     case.refuses("key-blocks", "roof.toml", says=[said])
 
 
-@pytest.mark.parametrize("command", ["run", "key-blocks"])
+@pytest.mark.parametrize("command", ["run", "check", "safety", "key-blocks"])
 def test_every_command_refuses_names_that_lead_nowhere(case: Case, command: str) -> None:
     for keys, said in (
         ("free = ['tops']", "[key_blocks] free: there is no boundary 'tops'; did you mean 'top'?"),
@@ -213,9 +213,11 @@ def test_every_command_refuses_names_that_lead_nowhere(case: Case, command: str)
         case.refuses(command, "roof.toml", says=[said])
 
 
-@pytest.mark.parametrize("command", ["check", "limit", "safety"])
+@pytest.mark.parametrize("command", ["limit", "compare"])
 def test_other_commands_say_that_they_read_no_such_file(case: Case, command: str) -> None:
     case.write("roof.toml", ROOF)
     case.refuses(
-        command, "roof.toml", says=["is a model of three dimensions; only bsm-mesh run and key-blocks read it"]
+        command,
+        "roof.toml",
+        says=["is a model of three dimensions; only bsm-mesh run, check, safety and key-blocks read it"],
     )

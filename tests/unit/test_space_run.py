@@ -79,6 +79,41 @@ def test_json_tells_verdicts_and_joints(case: Case) -> None:
     assert joint["open"] == 0
 
 
+def test_check_reports_on_blocks_and_refuses_what_run_refuses(case: Case) -> None:
+    case.write("slope.toml", SLOPE)
+    outcome = case.run("check", "slope.toml")
+    said = " ".join(outcome.out.split())
+    assert (outcome.code, outcome.new) == (0, [])
+    assert "the model is valid blocks 3 volume (least, median, greatest) 2, 4, 6 m3 total volume 12 m3" in said
+    assert "joint J1 4.619 m2 unjointed faces 4 m2" in said
+    assert "excavation lid 1 block stage lid off 2 blocks slivers" in said
+    told = json.loads(case.run("check", "slope.toml", "--json").out)
+    assert (told["weight"], told["supported_blocks"], told["unsupported"]) == (pytest.approx(12 * 26e3), 1, [])
+    assert told["joint_areas"]["J1"] == pytest.approx(8 / np.sqrt(3))
+    case.refuses("check", "slope.toml", "--threshold", "thin=0.1", says=["--threshold is for models of the plane"])
+    case.write("free.toml", SLOPE.replace('[[support]]\nboundary = "bottom"\nfix = "all"\n', "[falls]\n"))
+    case.refuses("run", "free.toml", says=["no support holds it"])
+    assert "for bsm-mesh key-blocks only" in case.run("check", "free.toml").out
+    case.write("linear.toml", SLOPE.replace("[solver]", '[solver]\nscheme = "linear"'))
+    for command in ("check", "run"):
+        case.refuses(command, "linear.toml", says=["scheme"])
+
+
+@pytest.mark.heavy
+def test_safety_finds_the_factor_of_a_block_on_a_plane(case: Case) -> None:
+    """The block slides where tan(35) over the factor is tan(30)."""
+    case.write("slope.toml", SLOPE)
+    outcome = case.run("safety", "slope.toml", "--json", "--tolerance", "0.002")
+    assert outcome.code == 0
+    told = json.loads(outcome.out)
+    exact = np.tan(np.radians(35)) / np.tan(np.radians(30))
+    assert told["stable"] <= exact <= told["unstable"] * (1 + 1e-3)
+    assert told["unstable"] - told["stable"] <= 0.002 * exact * 1.01
+    names = {"safety.json", "trials.csv", "movement.png", "stable/blocks.pvd", "unstable/blocks.pvd"}
+    assert names <= {name.partition("-safety/")[2] for name in outcome.new}
+    case.refuses("safety", "slope.toml", "--vary", "gravity.horizontal", "0", "1", says=["only bsm-mesh run, check"])
+
+
 def test_the_file_and_python_build_equal_models(case: Case) -> None:
     loads = """
 [[load]]
