@@ -16,10 +16,10 @@ from bsm_mesh.modelfile.units import Point, Vector
 class RadialTable(Table):
     """Bolts that point away from a centre, their heads on a circle."""
 
-    centre: Point
-    radius: Annotated[float, q.RADIUS]
-    length: Annotated[float, q.BOLT_LENGTH]
-    count: Annotated[int, q.BOLT_COUNT]
+    centre: Point = Field(description="x and y")
+    radius: Annotated[float, q.RADIUS] = Field(description="of the circle with the heads")
+    length: Annotated[float, q.BOLT_LENGTH] = Field(description="of every bolt")
+    count: Annotated[int, q.BOLT_COUNT] = Field(description="bolts from first to last, at equal angles")
     first: Annotated[float, q.DIRECTION] = Field(default=0.0, description="direction of the first bolt")
     last: Annotated[float, q.DIRECTION] = Field(default=180.0, description="direction of the last bolt")
 
@@ -27,8 +27,8 @@ class RadialTable(Table):
 class RowTable(Table):
     """Bolts in a row along a boundary, into the rock."""
 
-    boundary: str
-    length: Annotated[float, q.BOLT_LENGTH]
+    boundary: str = Field(description='NAME of the mesh group "boundary:NAME" or of [boundary.NAME]')
+    length: Annotated[float, q.BOLT_LENGTH] = Field(description="of every bolt")
     interval: Annotated[float, q.BOLT_INTERVAL] = Field(description="distance of the heads along the boundary")
     offset: Annotated[float, q.DISTANCE] | None = Field(
         default=None, description="of the first head; default: half an interval"
@@ -48,8 +48,8 @@ class BoltTable(Table):
     row: RowTable | None = None
     curve: str | None = Field(default=None, description='NAME of the mesh group "bolt:NAME"')
     table: PathText | None = Field(default=None, description="CSV file: start_x, start_y, end_x, end_y and other keys")
-    name: str = ""
-    diameter: Annotated[float, q.BOLT_DIAMETER] | None = None
+    name: str = Field(default="", description="in results; of several bolts NAME 1, NAME 2, ...")
+    diameter: Annotated[float, q.BOLT_DIAMETER] | None = Field(default=None, description="of the bar")
 
 
 @keys_of(Bolt, without=("spacing",))
@@ -61,5 +61,5 @@ class SpaceBoltTable(Table):
     table: PathText | None = Field(
         default=None, description="CSV file: start_x, start_y, start_z, end_x, end_y, end_z and other keys"
     )
-    name: str = ""
-    diameter: Annotated[float, q.BOLT_DIAMETER] | None = None
+    name: str = Field(default="", description="in results; of several bolts NAME 1, NAME 2, ...")
+    diameter: Annotated[float, q.BOLT_DIAMETER] | None = Field(default=None, description="of the bar")

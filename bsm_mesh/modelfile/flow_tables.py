@@ -19,15 +19,15 @@ from bsm_mesh.modelfile.units import Point
 class DrainTable(Table):
     """A drain: a hole that lets water out of all joints it crosses."""
 
-    start: Point
-    end: Point
+    start: Point = Field(description="one end of the hole: x and y")
+    end: Point = Field(description="its other end")
 
 
 @keys_of(Well)
 class WellTable(Table):
     """A well, in the nearest joint."""
 
-    point: Point
+    point: Point = Field(description="x and y, in a joint or near one")
 
 
 @keys_of(Grout)

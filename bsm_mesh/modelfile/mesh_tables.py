@@ -53,7 +53,9 @@ class MeshTable(Table):
     merge_tolerance: Annotated[float, q.MERGE_TOLERANCE] = Field(
         default=MERGE_TOLERANCE, description="nodes nearer than this are one"
     )
-    contact_points: PlanePoints = "ends"
+    contact_points: PlanePoints = Field(
+        default="ends", description="contact points of a face: its two ends, or two Gauss points"
+    )
     blocks: Literal["elements", "regions"] = Field(
         default="elements", description="every element is a rigid block, or every region between joints is one"
     )

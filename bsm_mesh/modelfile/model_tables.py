@@ -39,12 +39,21 @@ Fix = Annotated[
 class SupportTable(Table):
     """A support: where (one of boundary, blocks, point) and its content (fix, or direction)."""
 
-    boundary: str | None = None
-    blocks: list[Annotated[int, q.BLOCK]] | None = Field(default=None, min_length=1)
-    point: Point | None = None
-    fix: Fix | None = None
-    direction: Annotated[float, q.DIRECTION] | None = None
-    displacement: Annotated[float, q.DISPLACEMENT] | None = None
+    boundary: str | None = Field(default=None, description="NAME of the boundary that is supported")
+    blocks: list[Annotated[int, q.BLOCK]] | None = Field(
+        default=None, min_length=1, description="numbers of blocks that are supported at their centroids"
+    )
+    point: Point | None = Field(default=None, description="x and y; the block there is supported at this point")
+    fix: Fix | None = Field(
+        default=None,
+        description='"all": x and y, of blocks rotation too; "normal": across the boundary; ["x"], ["y"] or both',
+    )
+    direction: Annotated[float, q.DIRECTION] | None = Field(
+        default=None, description="instead of fix: of the supported component, from x, counter-clockwise"
+    )
+    displacement: Annotated[float, q.DISPLACEMENT] | None = Field(
+        default=None, description="prescribed along the direction; default: 0"
+    )
 
 
 @keys_of(EarthPressure, without=("boundary",))
@@ -57,20 +66,24 @@ class EarthPressureTable(Table):
 class LoadTable(Table):
     """A load: on a boundary (one of pressure, traction, earth_pressure, in_situ), or a force on a block at a point."""
 
-    boundary: str | None = None
+    boundary: str | None = Field(default=None, description="NAME of the boundary that is loaded")
     in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
     pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
-    traction: LinearStressPair | None = None
+    traction: LinearStressPair | None = Field(
+        default=None, description="force per area [t_x, t_y], positive along x and y; each constant or [c, a_x, a_y]"
+    )
     earth_pressure: EarthPressureTable | None = Field(default=None, description="of soil or backfill on the boundary")
-    block: Annotated[int, q.BLOCK] | None = None
-    point: Point | None = None
-    force: Force | None = None
+    block: Annotated[int, q.BLOCK] | None = Field(default=None, description="number of the block with the force")
+    point: Point | None = Field(default=None, description="x and y of the force")
+    force: Force | None = Field(default=None, description="[f_x, f_y] per metre of thickness")
 
 
 class GravityTable(Table):
     """Gravity."""
 
-    direction: Annotated[float, q.DIRECTION] = -90.0
+    direction: Annotated[float, q.DIRECTION] = Field(
+        default=-90.0, description="of the weights, from x, counter-clockwise; -90: downwards"
+    )
     horizontal: Annotated[float, q.GRAVITY_PART] = Field(
         default=0.0, description="part of the unit weights that pulls along +x besides: a pseudo-static earthquake"
     )
@@ -127,9 +140,9 @@ StressRatio = Annotated[
 class StressTable(Table):
     """Components of the total stress, tension positive."""
 
-    xx: LinearStress = 0.0
-    yy: LinearStress = 0.0
-    xy: LinearStress = 0.0
+    xx: LinearStress = Field(default=0.0, description="horizontal; constant or [c, a_x, a_y]: c + a_x x + a_y y")
+    yy: LinearStress = Field(default=0.0, description="vertical, likewise")
+    xy: LinearStress = Field(default=0.0, description="shear, likewise")
 
 
 @keys_of(InSitu, without=("k0_across", "trend"))
@@ -154,8 +167,8 @@ class WaterTable(Table):
 class MassDampingTable(Table):
     """Drag on all blocks by their masses: part of critical damping at a frequency."""
 
-    ratio: Annotated[float, q.DAMPING]
-    frequency: Annotated[float, q.FREQUENCY]
+    ratio: Annotated[float, q.DAMPING] = Field(description="part of critical damping")
+    frequency: Annotated[float, q.FREQUENCY] = Field(description="at which a block has this part")
 
 
 @keys_of(Shaking, without=("record", "mass_damping"))
@@ -174,7 +187,7 @@ class ShakingTable(Table):
 class StageTable(Table):
     """A stage: excavation, fill and changes."""
 
-    name: str
+    name: str = Field(description="in results and on the command line; each stage has its own")
     excavate: list[Region] = Field(default_factory=list, description="groups, block numbers, polygons")
     fill: list[Region] = Field(default_factory=list, description="blocks taken away before")
     relaxation: list[Annotated[float, q.RELAXATION]] = Field(
@@ -246,8 +259,8 @@ class OutputTable(Table):
 class ReportTable(Table):
     """The head of reports."""
 
-    project: str = ""
-    author: str = ""
+    project: str = Field(default="", description="name of the project")
+    author: str = Field(default="", description="author of the report")
     date: str = Field(default="", description="as it is to be there")
 
 
@@ -255,7 +268,7 @@ class ModelFile(Table):
     """A bsm-mesh model file. Numbers are SI, angles in degrees; a text has its unit: "6.89 GPa"."""
 
     schema_version: Literal[1] = Field(default=1, description="form of this file; one that is newer is refused")
-    title: str = ""
+    title: str = Field(default="", description="in results, pictures and reports")
     mesh: MeshTable
     groups: dict[str, str] = Field(default_factory=dict, description='mesh group = "kind:name"; "*": all others')
     rock: dict[str, RockTable] = Field(min_length=1)

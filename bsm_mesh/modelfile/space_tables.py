@@ -26,8 +26,8 @@ Length = Annotated[float, q.JOINT_SPACING]
 class DistributionTable(Table):
     """A distribution of spacings or radii."""
 
-    law: Literal["normal", "lognormal", "exponential"]
-    mean: Length
+    law: Literal["normal", "lognormal", "exponential"] = Field(description="kind of distribution")
+    mean: Length = Field(description="mean value")
     deviation: Length | None = Field(default=None, description="standard deviation; of normal and lognormal")
 
 
@@ -72,16 +72,16 @@ class RockBoxTable(Table):
 class JointSetTable(Table):
     """A set of joints: planes at a spacing, or discs by their area a volume."""
 
-    name: str
-    dip: Dip
+    name: str = Field(description="of the joint: [joint.NAME] has its properties")
+    dip: Dip = Field(description="below the horizontal")
     dip_direction: Angle = Field(description="clockwise from north")
-    spacing: Length | DistributionTable | None = None
+    spacing: Length | DistributionTable | None = Field(default=None, description="normal to the planes; or density")
     density: Annotated[float, q.JOINT_DENSITY] | None = Field(
         default=None, description="area of joints a volume; with radius"
     )
     radius: Length | DistributionTable | None = Field(default=None, description="of the discs")
     origin: Vector | None = Field(default=None, description="a point on one of the planes")
-    scatter: ScatterTable | None = None
+    scatter: ScatterTable | None = Field(default=None, description="of the orientation; default: none")
     persistence: Annotated[float, q.PART] = Field(
         default=1.0, description="part of the cells crossed by a plane that it cuts, chosen at random"
     )
@@ -90,8 +90,8 @@ class JointSetTable(Table):
 class JointPlaneTable(Table):
     """A single joint, or a disc."""
 
-    name: str
-    dip: Dip
+    name: str = Field(description="of the joint: [joint.NAME] has its properties")
+    dip: Dip = Field(description="below the horizontal")
     dip_direction: Angle = Field(description="clockwise from north")
     point: Vector = Field(description="on the plane; the centre of a disc")
     radius: Length | None = Field(default=None, description="of a disc")
@@ -107,12 +107,12 @@ class AxisTable(Table):
 class BodyTable(Table):
     """A tunnel, cavern or shaft: a profile along an axis."""
 
-    name: str
+    name: str = Field(description="stages excavate by it")
     polygon: Lines | None = Field(
         default=None, description="outline across the axis: to the right as one looks along it, and up"
     )
     profile: PathText | None = Field(default=None, description="instead of it: a CSV file with the columns x and z")
-    axis: AxisTable = Field(default_factory=AxisTable)
+    axis: AxisTable = Field(default_factory=AxisTable, description="direction; default: level, to the north")
     origin: Vector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis")
     start: Annotated[float, q.COORDINATE] | None = Field(
         default=None,
@@ -125,15 +125,15 @@ class BodyTable(Table):
 class SlopeFaceTable(Table):
     """Dip and dip direction of a slope's face or top."""
 
-    dip: Dip
-    dip_direction: Angle | None = None
+    dip: Dip = Field(description="below the horizontal")
+    dip_direction: Angle | None = Field(default=None, description="clockwise from north")
 
 
 class SlopeTable(Table):
     """A rock slope: the air in front of it and above it is taken away."""
 
     toe: Vector = Field(description="a point at the foot of the face; the ground before it is level")
-    face: SlopeFaceTable
+    face: SlopeFaceTable = Field(description="dip and dip direction of the face")
     height: Length = Field(description="of the crest over the toe, straight up the face")
     top: SlopeFaceTable | None = Field(default=None, description="of the ground above the crest; level by default")
 
@@ -162,19 +162,21 @@ class KeyBlocksTable(Table):
 class SpaceSupportTable(Table):
     """A support: blocks or a boundary, held in all directions or across the boundary alone."""
 
-    boundary: str | None = None
-    blocks: list[Annotated[int, q.BLOCK]] | None = Field(default=None, min_length=1)
-    fix: Literal["all", "normal"]
+    boundary: str | None = Field(default=None, description="NAME of the boundary that is supported")
+    blocks: list[Annotated[int, q.BLOCK]] | None = Field(
+        default=None, min_length=1, description="numbers of blocks that are supported"
+    )
+    fix: Literal["all", "normal"] = Field(description='"all": displacement and rotation; "normal": across the boundary')
 
 
 class SpaceLoadTable(Table):
     """A load: a pressure on a boundary, or a force on a block at a point."""
 
-    boundary: str | None = None
+    boundary: str | None = Field(default=None, description="NAME of the boundary that is loaded")
     pressure: Annotated[float, q.STRESS] | None = Field(default=None, description="positive into the blocks")
-    block: Annotated[int, q.BLOCK] | None = None
-    point: Vector | None = None
-    force: SpaceForce | None = None
+    block: Annotated[int, q.BLOCK] | None = Field(default=None, description="number of the block with the force")
+    point: Vector | None = Field(default=None, description="of the force: east, north, up")
+    force: SpaceForce | None = Field(default=None, description="towards east, north, up")
 
 
 class SpaceGravityTable(Table):
@@ -191,12 +193,12 @@ class SpaceGravityTable(Table):
 class SpaceStressTable(Table):
     """Components of the total stress, tension positive."""
 
-    xx: SpaceStress = 0.0
-    yy: SpaceStress = 0.0
-    zz: SpaceStress = 0.0
-    xy: SpaceStress = 0.0
-    yz: SpaceStress = 0.0
-    xz: SpaceStress = 0.0
+    xx: SpaceStress = Field(default=0.0, description="east; constant or [c, a_x, a_y, a_z]")
+    yy: SpaceStress = Field(default=0.0, description="north, likewise")
+    zz: SpaceStress = Field(default=0.0, description="vertical, likewise")
+    xy: SpaceStress = Field(default=0.0, description="shear, likewise")
+    yz: SpaceStress = Field(default=0.0, description="shear, likewise")
+    xz: SpaceStress = Field(default=0.0, description="shear, likewise")
 
 
 @keys_of(InSitu)
@@ -232,7 +234,7 @@ class SpaceWaterTable(Table):
 class SpaceStageTable(Table):
     """A stage: excavation, fill and changes."""
 
-    name: str
+    name: str = Field(description="in results and on the command line; each stage has its own")
     excavate: list[str | Annotated[int, q.BLOCK]] = Field(
         default_factory=list, description="names of excavations, block numbers"
     )
@@ -254,9 +256,9 @@ class SpaceStageTable(Table):
 class SpaceFile(Table):
     """A model file of three dimensions. Numbers are SI, angles in degrees; a text has its unit."""
 
-    schema_version: Literal[1] = 1
-    dimensions: Literal[3]
-    title: str = ""
+    schema_version: Literal[1] = Field(default=1, description="form of this file; one that is newer is refused")
+    dimensions: Literal[3] = Field(description="3: blocks are polyhedra")
+    title: str = Field(default="", description="in results, pictures and reports")
     mesh: RockBoxTable
     groups: dict[str, str] = Field(default_factory=dict, description='group of the mesh = "kind:name"')
     rock: dict[str, RockTable] = Field(min_length=1)
