@@ -20,8 +20,8 @@ class Ablation:
     without : tuple of str
         Methods that no plan has.
     settings : tuple of str
-        ``module.field=value``, as ``relaxation.ramp=20`` or ``following.going_on.damping=0.1``: of the `SETTINGS` of
-        a module of `bsm_mesh.solve`.
+        ``module.field=value``, as ``dynamic_relaxation.ramp=20`` or ``following.going_on.damping=0.1``: of the
+        `SETTINGS` of a module of `bsm_mesh.solve`.
     """
 
     without: tuple[str, ...] = ()

@@ -132,7 +132,7 @@ def test_both_engines_cut_geometries_alike():
 
 def test_a_row_of_shaken_walls(monkeypatch):
     monkeypatch.setattr(shaken_walls, "LENGTH", 2.1)
-    found = dict(zip(shaken_walls.HEADER, shaken_walls.row(2, 0.5, 1), strict=True))
+    found = dict(zip(shaken_walls.HEADER, shaken_walls.row(2, "explicit", 0.5, 1), strict=True))
     assert found["blocks"] == "6"
     assert float(found["balance missed by, %"]) < 1
     assert int(found["steps"]) > 1000

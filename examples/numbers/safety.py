@@ -39,10 +39,10 @@ def known_factors() -> str:
 def starter_slope() -> str:
     """Return what the command prints of the starter `slope` that rounding does not decide.
 
-    Which blocks fail beyond the limit it does: the picture shows them.
+    Which blocks fail beyond the limit it does, and how much of a joint slips just before: the picture shows them.
     """
     _, found = _slope()
-    rows = [row for row in answer_rows(found) if not row[0].startswith(("trials", "what fails"))]
+    rows = [row for row in answer_rows(found) if not row[0].startswith(("trials", "what fails", "just before"))]
     return markdown(("", ""), rows)
 
 

@@ -240,8 +240,8 @@ PICTURES = (
             ("finite elements, elastic joints", f"{STATION}:elastic_elements"),
             ("blocks, elastic joints", f"{STATION}:elastic_blocks"),
         ),
-        shows="Displacements along the extensometers and the top of rock by blocks and elements, beside what was "
-        "published, as Wang Figs. 8.8 to 8.10 and 8.12",
+        shows="Displacements along the extensometers and the top of rock by blocks and elements, with the "
+        "published values, as Wang Figs. 8.8 to 8.10 and 8.12",
         mended="new, from `[[history]] measured`; represented two charts by a script",
     ),
     Drawn(
@@ -293,7 +293,7 @@ PICTURES = (
     Drawn(
         target="docs/joint_laws.png",
         elsewhere="python -m examples.numbers joint-laws",
-        shows="Strength, shear and closure: formulas and what the bench finds",
+        shows="Strength, shear and closure: formulas and test results",
     ),
     Drawn(
         target="docs/verification.png",

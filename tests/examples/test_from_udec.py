@@ -35,7 +35,7 @@ def test_the_problem_runs(case: Case) -> None:
 def test_every_key_that_it_names_is_a_key() -> None:
     schema = ModelFile.model_json_schema()
     known = {key for part in schema["$defs"].values() for key in part.get("properties", {})} | set(schema["properties"])
-    tables = PAGE[PAGE.index("## What is what") : PAGE.index("## What is different")]
+    tables = PAGE[PAGE.index("## Corresponding terms") : PAGE.index("## Differences")]
     right = " ".join(line.rsplit("|", 2)[1] for line in tables.splitlines() if line.startswith("|"))
     named = set(re.findall(r"`\[+[\w.]+\]+ ([^`]*)`", right))
     keys = {key for text in named for key in re.findall(r"(?:^|, )(\w+)(?= =|,|$)", text)}

@@ -38,8 +38,8 @@ def test_settings_are_changed_wherever_they_are_known():
     ("ablation", "said"),
     [
         (Ablation(without=("interior point",)), "there is no method 'interior point'; there are Newton, dynamic"),
-        (Ablation(settings=("relaxation=20",)), "sets nothing; write module.field=value, of "),
-        (Ablation(settings=("relaxation.lamp=20",)), "RelaxationSettings has no field 'lamp'"),
+        (Ablation(settings=("dynamic_relaxation=20",)), "sets nothing; write module.field=value, of "),
+        (Ablation(settings=("dynamic_relaxation.lamp=20",)), "RelaxationSettings has no field 'lamp'"),
     ],
 )
 def test_what_there_is_not_is_told(ablation, said):
