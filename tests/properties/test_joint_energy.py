@@ -48,10 +48,13 @@ JOINTS = {
         "dilation_slip": 1e-3,
     },
 }
+LONGEST = "stiffening by its strength, dilating, hyperbolic"
 corner = st.tuples(st.floats(-3e-3, 3e-3), st.floats(-2.5e-4, 1e-4))
 
 
-@pytest.mark.parametrize("name", list(JOINTS))
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.heavy] if name == LONGEST else []) for name in JOINTS]
+)
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(corners=st.lists(corner, min_size=2, max_size=4))
 def test_no_energy_is_gained_on_a_closed_path(name, corners):
