@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.movements import carried, lengths, translations, turned, turns
 from bsm_mesh.results.records import StageResult
-from bsm_mesh.three_d.blocks.polygons import polygon_moments
+from bsm_mesh.three_d.blocks.cell_sides import sides_of_cells
+from bsm_mesh.three_d.blocks.polygons import spread
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.contacts.clipping import near_blocks
 
-LEAST = 1e-3  # of the smaller block's size: less relative movement, or depth, is contact (`CONTACT_TOLERANCE`)
+LEAST = CONTACT_TOLERANCE  # of the smaller block's size: less relative movement, or depth, is contact
 AT_ONCE = 2_000_000  # products of faces and corners in one array
 
 
@@ -51,26 +53,19 @@ def unexplained_overlap(blocks: Polyhedra, stage: StageResult) -> float:
 
 def _placed(blocks: Polyhedra, movement: FloatArray) -> _Cells:
     """Return the cells where a movement (n, 6) has brought them."""
-    face = np.concatenate([np.flatnonzero(cells >= 0) for cells in blocks.face_cells.T])
-    cell = np.concatenate([cells[cells >= 0] for cells in blocks.face_cells.T])
-    back = np.arange(len(face)) >= (blocks.face_cells[:, 0] >= 0).sum()
-    order = np.argsort(cell, kind="stable")
-    face, cell, back = face[order], cell[order], back[order]
-    moments = polygon_moments(blocks.vertices[blocks.face_vertices], blocks.face_offsets)
-    block, centroid = blocks.cell_block[cell], blocks.moments.centroid
-    normal = turned(np.where(back[:, None], -1.0, 1.0) * moments.normal[face], movement[block, 3:])
-    point = moments.centroid[face]
-    point = point + carried(point - centroid[block], movement[block])
-    sizes = np.diff(blocks.face_offsets)[face]
-    rows = np.repeat(blocks.face_offsets[face] - (np.cumsum(sizes) - sizes), sizes) + np.arange(sizes.sum())
-    corner, owner = blocks.vertices[blocks.face_vertices[rows]], np.repeat(block, sizes)
-    count = np.arange(len(blocks.cell_block) + 1)
+    sides, centroid = sides_of_cells(blocks), blocks.moments.centroid
+    block = blocks.cell_block[sides.cell]
+    normal = turned(sides.normal, movement[block, 3:])
+    point = sides.point + carried(sides.point - centroid[block], movement[block])
+    sizes = np.diff(blocks.face_offsets)[sides.face]
+    corner = blocks.vertices[blocks.face_vertices[spread(blocks.face_offsets[sides.face], sizes)]]
+    owner = np.repeat(block, sizes)
     return _Cells(
         normal=normal,
         height=np.einsum("ij,ij->i", normal, point),
-        first_face=np.searchsorted(cell, count),
+        first_face=sides.start,
         corner=corner + carried(corner - centroid[owner], movement[owner]),
-        first_corner=np.searchsorted(np.repeat(cell, sizes), count),
+        first_corner=np.append(0, np.cumsum(sizes))[sides.start],
     )
 
 
@@ -100,19 +95,13 @@ def _depths(cells: _Cells, pairs: IntArray) -> FloatArray:
         for k in np.unique(part):
             rows = np.flatnonzero(part == k)
             of_face = np.repeat(rows, faces[one[rows]])
-            face = _spread(cells.first_face[one[rows]], faces[one[rows]])
+            face = spread(cells.first_face[one[rows]], faces[one[rows]])
             count = corners[other[of_face]]
-            corner = _spread(cells.first_corner[other[of_face]], count)
+            corner = spread(cells.first_corner[other[of_face]], count)
             over = np.einsum("ij,ij->i", cells.corner[corner], np.repeat(cells.normal[face], count, axis=0))
             least = np.minimum.reduceat(over, np.cumsum(count) - count)
             np.minimum.at(depth, of_face, cells.height[face] - least)
     return depth
-
-
-def _spread(first: IntArray, sizes: IntArray) -> IntArray:
-    """Return ``first[i], first[i] + 1, ...``, of every i as many as its size."""
-    spread: IntArray = np.repeat(first - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
-    return spread
 
 
 def _shared_volume(cells: _Cells, one: int, other: int) -> float:

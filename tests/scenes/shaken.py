@@ -5,10 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.forces import turned
 from bsm_mesh.contact.history import commit
+from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.shaken import ShakenContinuation
@@ -34,6 +37,33 @@ def block_on_plane(shaking, *, friction, kn=1e9, gamma=GAMMA, **given):
 def wall(shaking, courses=5, bricks=5, **given):
     """Return a wall of bricks in running bond on a base."""
     return shaken([rectangle(-2, -1, bricks + 2, 0), *running_bond(courses, bricks)], shaking, **given)
+
+
+def slide_under_a_sine(a, slows):
+    """Return swing [m] and greatest velocity [m/s] of a block on a base that moves with a sin t [m/s2].
+
+    It sticks until a sin t exceeds mu g, then slides with v = a (cos t1 - cos t) - mu g (t - t1) to where v = 0.
+    """
+    begins = np.arcsin(slows / a)
+
+    def speed(t):
+        return a * (np.cos(begins) - np.cos(t)) - slows * (t - begins)
+
+    ends = brentq(speed, begins + 0.05, begins + 2)
+    return quad(speed, begins, ends)[0], speed(np.linspace(begins, ends, 10_001)).max()
+
+
+def housners_quarter(b, h, begin):
+    """Return the time [s] in which a block of half width b, half height h falls back from a tilt [rad].
+
+    w'^2 / 2 = p^2 (cos(a - w0) - cos(a - w)), p^2 = 3 g / (4 R).
+    """
+    alpha, p2 = np.arctan2(b, h), 3 * GRAVITY / (4 * np.hypot(b, h))
+
+    def slowness(s):  # with w = w0 - s^2 the root at the start is no more
+        return 2 * s / np.sqrt(2 * p2 * (np.cos(alpha - begin) - np.cos(alpha - begin + s**2)))
+
+    return quad(slowness, 0, np.sqrt(begin))[0]
 
 
 def quake(peak, length, frequency=2.0):

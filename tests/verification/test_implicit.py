@@ -8,12 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 import bsm_mesh as bsm
 from bsm_mesh.model.base_motion import GRAVITY
-from tests.scenes.shaken import QUIET, block_on_plane, quake, quarter, rocking, wall
+from tests.scenes.shaken import (
+    QUIET,
+    block_on_plane,
+    housners_quarter,
+    quake,
+    quarter,
+    rocking,
+    slide_under_a_sine,
+    wall,
+)
 
 
 @pytest.mark.heavy
@@ -33,13 +40,7 @@ def test_newmark_block_slides_as_far_as_after_a_pulse():
 def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
     """Dashpots take the swinging of its spring, whose period of 2 ms no time step of 2 ms resolves."""
     a, slows, times = 8.0, 0.8 * GRAVITY, np.linspace(0, 12.5, 12_501)
-    begins = np.arcsin(slows / a)
-
-    def speed(t):
-        return a * (np.cos(begins) - np.cos(t)) - slows * (t - begins)
-
-    ends = brentq(speed, begins + 0.05, begins + 2)
-    swing, greatest = quad(speed, begins, ends)[0], speed(np.linspace(begins, ends, 10_001)).max()
+    swing, greatest = slide_under_a_sine(a, slows)
     record = bsm.Shaking(
         record=(times, -a * np.sin(times)), every=0.05, time_step=0.04, integrator="implicit", contact_damping=0.5
     )
@@ -53,13 +54,8 @@ def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
 @pytest.mark.parametrize("tilt", [0.25, 0.5, 0.75])
 def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
     b, h = 0.25, 1.0
-    alpha, p2 = np.arctan2(b, h), 3 * GRAVITY / (4 * np.hypot(b, h))
-    begin = tilt * alpha
-
-    def slowness(s):
-        return 2 * s / np.sqrt(2 * p2 * (np.cos(alpha - begin) - np.cos(alpha - begin + s**2)))
-
-    exact = quad(slowness, 0, np.sqrt(begin))[0]
+    begin = tilt * np.arctan2(b, h)
+    exact = housners_quarter(b, h, begin)
     shaking = bsm.Shaking(**QUIET, cycles=1.05 * exact, every=4e-3, time_step=0.5, integrator="implicit")
     time, turn, _ = rocking(b, h, begin, shaking, kn=4e9)
     assert_allclose(quarter(time, turn), exact, atol=2e-4)

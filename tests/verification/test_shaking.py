@@ -11,12 +11,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 import bsm_mesh as bsm
 from bsm_mesh.model.base_motion import GRAVITY
-from tests.scenes.shaken import QUIET, block_on_plane, housners_swings, quarter, rocking, swings, wall
+from tests.scenes.shaken import (
+    QUIET,
+    block_on_plane,
+    housners_quarter,
+    housners_swings,
+    quarter,
+    rocking,
+    slide_under_a_sine,
+    swings,
+    wall,
+)
 
 
 def test_newmark_block_slides_as_far_as_after_a_pulse():
@@ -35,15 +43,8 @@ def test_newmark_block_slides_as_far_as_after_a_pulse():
 
 @pytest.mark.heavy
 def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
-    """It sticks until a sin t exceeds mu g, then slides with v = a (cos t1 - cos t) - mu g (t - t1) to where v = 0."""
     a, slows, times = 8.0, 0.8 * GRAVITY, np.linspace(0, 20, 20_001)
-    begins = np.arcsin(slows / a)
-
-    def speed(t):
-        return a * (np.cos(begins) - np.cos(t)) - slows * (t - begins)
-
-    ends = brentq(speed, begins + 0.05, begins + 2)
-    swing, greatest = quad(speed, begins, ends)[0], speed(np.linspace(begins, ends, 10_001)).max()
+    swing, greatest = slide_under_a_sine(a, slows)
     record = bsm.Shaking(record=(times, -a * np.sin(times)), every=0.05)
     model = block_on_plane(
         record, friction=0.8, kn=1e7, gamma=GRAVITY / 0.5, histories=[bsm.History(name="b", block=1)]
@@ -56,15 +57,9 @@ def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
 @pytest.mark.heavy
 @pytest.mark.parametrize("tilt", [0.25, 0.5, 0.75])
 def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
-    """Of a block of half width b, half height h: w'^2 / 2 = p^2 (cos(a - w0) - cos(a - w)), p^2 = 3 g / (4 R)."""
     b, h = 0.25, 1.0
-    alpha, p2 = np.arctan2(b, h), 3 * GRAVITY / (4 * np.hypot(b, h))
-    begin = tilt * alpha
-
-    def slowness(s):  # with w = w0 - s^2 the root at the start is no more
-        return 2 * s / np.sqrt(2 * p2 * (np.cos(alpha - begin) - np.cos(alpha - begin + s**2)))
-
-    exact = quad(slowness, 0, np.sqrt(begin))[0]
+    begin = tilt * np.arctan2(b, h)
+    exact = housners_quarter(b, h, begin)
     shaking = bsm.Shaking(**QUIET, cycles=1.1 * exact, every=2e-3)
     time, turn, loop = rocking(b, h, begin, shaking, kn=4e9)
     assert_allclose(quarter(time, turn), exact, atol=2e-4)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -112,6 +113,26 @@ class InstalledBolts:
     @property
     def _geometry(self) -> BoltGeometry:
         return geometry_of(self.arm)
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """Nodes, elements and strength, as the kernels of explicit motion take them."""
+        layout = self.layout
+        return (
+            layout.node_start,
+            layout.block,
+            self.arm,
+            layout.point,
+            layout.first_node,
+            self.alive,
+            self.stiffness,
+            self.rest,
+            layout.yield_force,
+            layout.capacity,
+            layout.bond_stiffness,
+            self.anchor,
+            layout.spacing,
+        )
 
     def install(self, stage: int, position: FloatArray) -> InstalledBolts:
         """Return a copy with the bolts of a stage installed at a position: they are strained by later movements only.

@@ -17,24 +17,12 @@ def bolt_arrays(system: BlockSystem, reference: FloatArray) -> tuple[Any, ...] |
     bolts = system.bolts
     if not bolts.alive.any():
         return None
-    layout, dowels = bolts.layout, bolts.dowels
+    dowels = bolts.dowels
     acts = bolts.alive[dowels.element]
     return (
         reference,
-        np.arange(len(layout.block)),
-        layout.node_start,
-        layout.block,
-        bolts.arm,
-        layout.point,
-        layout.first_node,
-        bolts.alive,
-        bolts.stiffness,
-        bolts.rest,
-        layout.yield_force,
-        layout.capacity,
-        layout.bond_stiffness,
-        bolts.anchor,
-        layout.spacing,
+        np.arange(len(bolts.layout.block)),
+        *bolts.arrays,
         np.column_stack([dowels.near, dowels.far])[acts],
         np.column_stack([dowels.arm_near, dowels.arm_far])[acts],
         dowels.across[acts],

@@ -42,6 +42,12 @@ def sums(owner: IntArray, values: FloatArray, count: int) -> FloatArray:
     return found.reshape(count, *values.shape[1:])
 
 
+def spread(first: IntArray, sizes: IntArray) -> IntArray:
+    """Return ``first[i], first[i] + 1, ...``, of every i as many as its size."""
+    places: IntArray = np.repeat(first - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+    return places
+
+
 def vector_areas(corners: FloatArray, offsets: IntArray) -> FloatArray:
     """Return the area times the normal of every polygon, (n, 3) [m2]."""
     owner, following = owner_of_corner(offsets), next_corner(offsets)

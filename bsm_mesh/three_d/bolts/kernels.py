@@ -16,22 +16,10 @@ def bolt_arrays(bolts: InstalledBolts) -> tuple[Any, ...] | None:
     """Return the bolts as `add_bolts` takes them, or None where there are none."""
     if not bolts.alive.any():
         return None
-    layout, dowels = bolts.layout, bolts.dowels
+    dowels = bolts.dowels
     acts = bolts.alive[dowels.element]
     return (
-        layout.node_start,
-        layout.block,
-        bolts.arm,
-        layout.point,
-        layout.first_node,
-        bolts.alive,
-        bolts.stiffness,
-        bolts.rest,
-        layout.yield_force,
-        layout.capacity,
-        layout.bond_stiffness,
-        bolts.anchor,
-        layout.spacing,
+        *bolts.arrays,
         np.column_stack([dowels.near, dowels.far])[acts],
         np.column_stack([dowels.arm_near, dowels.arm_far, dowels.across, dowels.rest])[acts],
         np.column_stack([dowels.stiffness, dowels.strength])[acts],

@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.polygons import owner_of_corner
-from bsm_mesh.three_d.blocks.polygons import polygon_moments, sums
+from bsm_mesh.three_d.blocks.polygons import polygon_moments, spread, sums
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.key_blocks.modes import PARALLEL
 
@@ -89,7 +89,7 @@ def wall_of(blocks: Polyhedra, free: Sequence[str], present: BoolArray) -> Wall:
     block, row = np.unique(owner, return_inverse=True)
     closed = (pairs[:, 1] < 0) & ~is_free
     sizes = np.diff(blocks.face_offsets)[face]
-    corners = blocks.vertices[blocks.face_vertices[_spread(blocks.face_offsets[face], sizes)]]
+    corners = blocks.vertices[blocks.face_vertices[spread(blocks.face_offsets[face], sizes)]]
     moments = polygon_moments(corners, np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32))
     count, row = len(block), row.reshape(-1)
     area = sums(row, moments.area, count)
@@ -152,12 +152,6 @@ def _merged(rows: IntArray, normal: FloatArray, count: int) -> tuple[IntArray, I
     of_row = np.bincount(rows[first], minlength=count)
     plane = number[leader] - (np.cumsum(of_row) - of_row)[rows]
     return plane, first
-
-
-def _spread(first: IntArray, sizes: IntArray) -> IntArray:
-    """Return ``first[i], first[i] + 1, ...``, of every i as many as its size."""
-    spread: IntArray = np.repeat(first - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
-    return spread
 
 
 def _spans(corners: FloatArray, row: IntArray, count: int) -> FloatArray:

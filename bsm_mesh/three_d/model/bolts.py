@@ -10,7 +10,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.bolt_layout import SHORT, Passages
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.polygons import owner_of_corner
-from bsm_mesh.three_d.blocks.polygons import polygon_moments
+from bsm_mesh.three_d.blocks.cell_sides import sides_of_cells
+from bsm_mesh.three_d.blocks.polygons import spread
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 LEVEL = 1e-9  # sine: a bolt nearer to a face's plane than this runs along it
@@ -49,23 +50,14 @@ class _Sides:
     """The faces of every cell as half spaces, cell after cell."""
 
     def __init__(self, blocks: Polyhedra) -> None:
-        corners = blocks.vertices[blocks.face_vertices]
-        moments = polygon_moments(corners, blocks.face_offsets)
-        face = np.concatenate([np.flatnonzero(blocks.face_cells[:, side] >= 0) for side in (0, 1)])
-        cell = np.concatenate([cells[cells >= 0] for cells in blocks.face_cells.T])
-        back = np.arange(len(face)) >= (blocks.face_cells[:, 0] >= 0).sum()
-        order = np.argsort(cell, kind="stable")
-        face, cell, back = face[order], cell[order], back[order]
-        self._cell, self._point = cell, moments.centroid[face]
-        self._normal = np.where(back[:, None], -1.0, 1.0) * moments.normal[face]
-        self._start = np.searchsorted(cell, np.arange(len(blocks.cell_block) + 1))
+        self._of, corners = sides_of_cells(blocks), blocks.vertices[blocks.face_vertices]
         owner = owner_of_corner(blocks.face_offsets)
         self._low, self._high = np.full((2, len(blocks.cell_block), 3), [[[np.inf]], [[-np.inf]]])
         for cells in blocks.face_cells[owner].T:
             np.minimum.at(self._low, cells[cells >= 0], corners[cells >= 0])
             np.maximum.at(self._high, cells[cells >= 0], corners[cells >= 0])
         blocks_of = np.where(blocks.face_cells >= 0, blocks.cell_block[blocks.face_cells], -1)
-        self._inner = (blocks_of[:, 0] == blocks_of[:, 1])[face]
+        self._inner = (blocks_of[:, 0] == blocks_of[:, 1])[self._of.face]
 
     def crossed(self, start: FloatArray, end: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
         """Return cells (k,) on the way, distances [m] at which it enters and leaves, a side in which it lies or -1."""
@@ -73,12 +65,13 @@ class _Sides:
         unit, slack = (end - start) / length, SHORT * length
         low, high = np.minimum(start, end) - slack, np.maximum(start, end) + slack
         cell = np.flatnonzero(((self._low <= high) & (self._high >= low)).all(axis=1))
-        sizes = np.diff(self._start)[cell]
-        firsts = np.cumsum(sizes) - sizes
-        side = np.repeat(self._start[cell] - firsts, sizes) + np.arange(sizes.sum())
+        sizes = np.diff(self._of.start)[cell]
+        side = spread(self._of.start[cell], sizes)
         of = np.repeat(np.arange(len(cell)), sizes)
-        speed = self._normal[side] @ unit
-        height = np.einsum("ij,ij->i", self._point[side] - start, self._normal[side])  # of the plane over the start
+        speed = self._of.normal[side] @ unit
+        height = np.einsum(
+            "ij,ij->i", self._of.point[side] - start, self._of.normal[side]
+        )  # of the plane over the start
         level = np.abs(speed) < LEVEL
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = height / speed
