@@ -61,7 +61,8 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
                 break
             part, small = part_of(part, ~moves), small[~moves]
     except ModelError as error:
-        return Limit(factor=math.inf, text=f"no bound by limit analysis: {error}")
+        why = str(error).removeprefix("limit analysis: ")
+        return Limit(factor=math.inf, text=f"no bound by limit analysis: {why}")
     if math.isinf(found.beyond):  # nothing is proved: no limit, or contacts that limit analysis leaves out
         text = f"no bound by limit analysis: {found.proof.text}"
         return Limit(factor=math.inf, text=text, unproved=found.factor or math.inf)

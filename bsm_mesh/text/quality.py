@@ -272,15 +272,20 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"joint {name}", f"{length:.4g} m") for name, length in report["joint_lengths"].items()]
     rows += [("unjointed faces", f"{report['unjointed_length']:.4g} m")]
     rows += [(f"dangling {name}", counted(count, "piece")) for name, count in report["dangling_joints"].items()]
-    rows += [(f"boundary {name}", counted(count, "edge")) for name, count in report["boundaries"].items()]
-    rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
-    rows += [(named_stage(name), counted(count, "block")) for name, count in report["stages"].items()]
+    rows += part_rows(report, "edge")
     if report["bolts"]:
         alone = f", {report['bolts_in_one_block']} of them in a single block, without effect"
         rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]
     for key, meaning in _meanings(report["thresholds"]).items():
         rows.append((meaning, listed(report[key], report["first_at"].get(key))))
     return rows
+
+
+def part_rows(report: dict[str, Any], side: str) -> list[tuple[str, str]]:
+    """Return the rows of boundaries, by the word for a side of a block, excavations and stages."""
+    rows = [(f"boundary {name}", counted(count, side)) for name, count in report["boundaries"].items()]
+    rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
+    return rows + [(named_stage(name), counted(count, "block")) for name, count in report["stages"].items()]
 
 
 def _meanings(limits: dict[str, float]) -> dict[str, str]:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.errors import counted, named_stage
+from bsm_mesh.errors import counted
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import bars_of
-from bsm_mesh.text.quality import counts, listed, parts_of
+from bsm_mesh.text.quality import counts, listed, part_rows, parts_of
 from bsm_mesh.text.tables import engineering
 
 TROUBLE = {
@@ -76,7 +76,5 @@ def space_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"rock {name}", counted(count, "block")) for name, count in report["rocks"].items()]
     rows += [(f"joint {name}", f"{area:.4g} m2") for name, area in report["joint_areas"].items()]
     rows += [("unjointed faces", f"{report['unjointed_area']:.4g} m2")]
-    rows += [(f"boundary {name}", counted(count, "face")) for name, count in report["boundaries"].items()]
-    rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
-    rows += [(named_stage(name), counted(count, "block")) for name, count in report["stages"].items()]
+    rows += part_rows(report, "face")
     return rows + [(meaning, listed(report[key], report["first_at"].get(key))) for key, meaning in TROUBLE.items()]

@@ -68,8 +68,9 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "toppling_column/model.toml": ("stable", [], 0.0, 1e-4, True),
     "toppling_column/steeper.toml": ("unstable", [2, 3, 4], 6.0, 6.5, False),
     "tilted_wall/model.toml": ("stable", [], 7.6e-5, 7.8e-5, True),
-    # Near its limit the rounding of solver and processor decides the second digit: 1.76, 1.81 and 1.86 mm were found.
-    "tilted_wall/tilt_27.toml": ("stable", [], 1.7e-3, 1.95e-3, True),
+    # Near its limit rounding decides the second digit: 24 copies that differ in the last digit of gravity's direction
+    # end from 1.80 to 1.99 mm, by either solver.
+    "tilted_wall/tilt_27.toml": ("stable", [], 1.75e-3, 2.05e-3, True),
     "tilted_wall/tilt_28.toml": ("unstable", None, 0.25, 0.5, True),
     "tilted_wall/tilt_30.toml": ("unstable", None, 0.25, 0.5, False),
 }

@@ -14,7 +14,7 @@ from bsm_mesh.solve.zones import equilibrium
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.equilibrium import find_equilibrium
 from bsm_mesh.solve.zones.mohr_coulomb import SETS, Yielding
-from bsm_mesh.solve.zones.plastic_collapse import _bounds, plastic_collapse
+from bsm_mesh.solve.zones.plastic_collapse import distance_left, plastic_collapse
 from bsm_mesh.solve.zones.scheme import zoned
 from bsm_mesh.solve.zones.stage_run import StageRun
 from tests.scenes.plastic_zones import Hole, footing, slope
@@ -120,7 +120,7 @@ def test_factor_of_a_homogeneous_slope(dilation):
 
 
 def test_no_equilibrium_is_nearer_than_the_bound(monkeypatch):
-    """By the places that Newton's method reaches in a few corrections, just below the limit, and far along the way."""
+    """By the places that Newton's method reaches in a few corrections, just below the limit."""
     model = with_strength(slope(dilation=20.0, size=3.0), {"rock:soil": 1 / 1.35})
     continuum = zoned(model, bsm.Options())
     run = StageRun(continuum, nominal_constants(model).stiffness[continuum.mesh.block])
@@ -135,9 +135,9 @@ def test_no_equilibrium_is_nearer_than_the_bound(monkeypatch):
         at, found = find_equilibrium(equations, start)
         if found:
             break
-        bounds += [bound for bound, _ in _bounds(equations, at, start)]
+        bounds.append(distance_left(equations, at, start))
         assert plastic_collapse(equations, at, start) is None
-    assert len(bounds) > 40
+    assert len(bounds) > 4
     assert 0.05 * np.abs(rest.u).max() < max(bounds) <= np.abs(rest.u).max()
 
 

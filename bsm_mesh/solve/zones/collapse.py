@@ -35,7 +35,7 @@ def falling_blocks(of: Continuum, end: StageEnd) -> IntArray:
         If the model has no support, or loads move none of those parts: any place of them is as good as another.
     """
     if end.collapse is not None:
-        moved = distances(movement(of, end.collapse.u - end.origin)) * end.present
+        moved = distances(movement(of, end.u - end.origin)) * end.present
         moving: IntArray = np.flatnonzero(moved > MOVING * moved.max()).astype(np.int32)
         return moving
     driven = [part for part in end.loose if part.is_driven]

@@ -223,8 +223,7 @@ def _verdict(
         return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
     if end.collapse is not None:
         return Status.UNSTABLE, (
-            f"rock yields without end: no equilibrium was found, and any needs displacements above "
-            f"{end.collapse.distance:.3g} m"
+            f"rock yields without end: no equilibrium was found, and any needs displacements above {end.collapse:.3g} m"
         )
     if not found.converged:
         return Status.NOT_CONVERGED, NO_EQUILIBRIUM

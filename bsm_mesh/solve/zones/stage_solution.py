@@ -19,7 +19,6 @@ from bsm_mesh.solve.zones.fills import Fill, gradient_at_fill
 from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import JointPoints
-from bsm_mesh.solve.zones.plastic_collapse import Collapse
 from bsm_mesh.solve.zones.plastic_rock import PlasticRock
 from bsm_mesh.solve.zones.small_displacements import moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
@@ -55,7 +54,7 @@ class StageEnd:
         The bolts.
     loose : list of LoosePart
         Parts that nothing holds; with any of them no equilibrium was sought.
-    collapse : Collapse or None
+    collapse : float or None [m]
         Rock yields so that no equilibrium exists within small displacements.
     stiffness : (t, 3, 3) float64 [Pa]
         Of the rock.
@@ -94,7 +93,7 @@ class StageEnd:
     at: Iterate
     bolts: EmbeddedBolts | None
     loose: list[LoosePart]
-    collapse: Collapse | None
+    collapse: float | None
     stiffness: FloatArray
     initial_stress: FloatArray | None
     water: PoreWater | None
