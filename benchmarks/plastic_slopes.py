@@ -139,8 +139,9 @@ def table(models: int, seed: int = 0) -> str:
         ["strength of the last equilibrium, before Newton's method is at its end", str(below.asked), str(below.called)],
     ]
     return (
-        f"{as_markdown(rows)}\n\n{below.at_rest} of the states in the last row come to rest within a block's size. "
-        f"There the bound is at most {below.nearest:.2g} of the true displacement."
+        f"{as_markdown(rows)}\n\nOf those called a collapse in the last row {below.at_rest} come to rest within a "
+        "block's size. "
+        f"The bound of the states there is at most {below.nearest:.2g} of the true displacement."
     )
 
 

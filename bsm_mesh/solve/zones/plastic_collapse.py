@@ -4,7 +4,7 @@ The unbalanced force r of rock with associated flow falls along displacements: f
 ``(r(x) - r(w)) . (w - x) >= 0``. In equilibrium r(w) = 0, so that ``r(x) . (w - u) >= r(x) . (x - u)`` for the start u
 of a stage. Some point of the rock has to move by at least ``r(x) . (x - u) / |r(x)|_1`` before equilibrium is possible.
 Any x gives such a bound. Far along a mechanism the bound grows with the distance, for there the force no longer falls.
-Newton's method ends there: of 48 random slopes, states farther along its last directions showed no more.
+Newton's method ends there: of 48 random slopes, states further along its last directions showed no more.
 
 With dilation below friction, and where joints slip, the inequality is not proved. There the bound says that the
 unbalanced force still drives the rock on at that distance.
