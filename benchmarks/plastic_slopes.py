@@ -139,7 +139,7 @@ def table(models: int, seed: int = 0) -> str:
         ["strength of the last equilibrium, before Newton's method is at its end", str(below.asked), str(below.called)],
     ]
     return (
-        f"{as_markdown(rows)}\n\nOf those called a collapse in the last row {below.at_rest} come to rest within a "
+        f"{as_markdown(rows)}\n\nOf those called a collapse in the last row {below.at_rest} reach rest within a "
         "block's size. "
         f"The bound of the states there is at most {below.nearest:.2g} of the true displacement."
     )
