@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import counted
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.movements import carried, distances, translations, turned, turns
 from bsm_mesh.results.records import StageResult, Status
@@ -23,21 +24,28 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
 
 
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
-    """Return the verdict on a stage as a person reads it, with how far blocks moved before they reached rest.
+    """Return the verdict on a stage as a person reads it, with the blocks that gave way before the others reached rest.
 
-    `stable, after moving 3.8 m (1.3 times the block's size)`: blocks have given way, and lie somewhere. Blocks that
-    are too small to count (``falls.ignore_below``) do not enter.
+    `stable, after 3 blocks moved by up to 3.8 m (1.3 times the block's size)`: they moved by more than a tenth of their
+    size in the stage, and lie somewhere. `stable, after 2 blocks fell`: they were taken away. Blocks that are too small
+    to count (``falls.ignore_below``) do not enter.
     """
     verdict = stage.status.value.replace("_", " ")
     if stage.status is Status.NO_VERDICT:
         return f"{verdict}: nothing can fail in this scheme"
+    if not stage.status.is_stable:
+        return verdict
+    fallen = sum(not fall.ignored for fall in stage.falls)
+    gave_way = [f"{counted(fallen, 'block')} fell"] if fallen else []
     far = moved_far(blocks, stage)
     far = far[stage.counts[far]]
-    if not far.size:
-        return verdict
-    moved = distances(stage.stage_displacement[far])
-    most = int(moved.argmax())
-    return f"{verdict}, after moving {moved[most]:.3g} m ({part_of_size(blocks, int(far[most]), moved[most])})"
+    if far.size:
+        moved = distances(stage.stage_displacement[far])
+        most = int(moved.argmax())
+        up_to = "by" if far.size == 1 else "by up to"
+        size = part_of_size(blocks, int(far[most]), moved[most])
+        gave_way.append(f"{counted(far.size, 'block')} moved {up_to} {moved[most]:.3g} m ({size})")
+    return ", after ".join([Status.STABLE.value, *([" and ".join(gave_way)] if gave_way else [])])
 
 
 def part_of_size(blocks: Blocks, block: int, length: float) -> str:

@@ -14,6 +14,7 @@ from bsm_mesh.errors import counted, named_stage, numbered, shortened
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space, refuse_space
 from bsm_mesh.reading import as_path
+from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult, Status
 
 if TYPE_CHECKING:
@@ -100,9 +101,12 @@ class Results:
     def __repr__(self) -> str:
         stage = self.stages[-1]
         title = f"Results {self.title!r}" if self.title else "Results"
-        earlier = shortened(", ".join(f"{each.name} {each.status.value}" for each in self.stages[:-1]))
+        earlier = shortened(
+            "; ".join(f"{each.name} {verdict_in_words(self.blocks, each)}" for each in self.stages[:-1])
+        )
         down = f"; {numbered('block', stage.unstable_blocks)} unstable" if stage.unstable_blocks.size else ""
-        lines = [f"{title}: {self.status.value} ({stage.reason})"]
+        verdict = verdict_in_words(self.blocks, stage) if self.finished else self.status.value
+        lines = [f"{title}: {verdict} ({stage.reason})"]
         lines += [f"earlier stages: {earlier}"] if earlier else []
         return "\n".join(
             [

@@ -18,6 +18,7 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.sliding_block import Sliding, slide
 from bsm_mesh.model.stages import Stage
+from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Status
 from bsm_mesh.safety.answer import Safety, run_options
 from bsm_mesh.safety.criterion import Failure
@@ -72,6 +73,8 @@ class ShakenMovement:
         Its name.
     status : Status
         Its verdict.
+    verdict : str
+        The same in words, with the blocks that gave way before the others reached rest.
     reason : str
         Its reason.
     moved : dict of str to (int, float) [m]
@@ -80,6 +83,7 @@ class ShakenMovement:
 
     stage: str
     status: Status
+    verdict: str
     reason: str
     moved: dict[Side, tuple[int, float]]
 
@@ -263,4 +267,5 @@ def _run_shaken(
     for side in get_args(Side):
         far = np.where(counts, SIGNS[side] * last.stage_displacement[:, 0], -np.inf)
         moved[side] = int(far.argmax()), max(0.0, float(far.max()))
-    return ShakenMovement(stage=last.name, status=last.status, reason=last.reason, moved=moved)
+    verdict = verdict_in_words(model.blocks, last)
+    return ShakenMovement(stage=last.name, status=last.status, verdict=verdict, reason=last.reason, moved=moved)

@@ -45,7 +45,7 @@ def remarks(answer: Newmark) -> list[str]:
     found += [f"{side}: trials without a verdict leave a wide range." for side in undecided]
     shaken = answer.shaken
     if shaken is not None:
-        found.append(f"Shaken stage '{shaken.stage}': {shaken.status.value} ({shaken.reason}).")
+        found.append(f"Shaken stage '{shaken.stage}': {shaken.verdict} ({shaken.reason}).")
         for side in answer.sides:
             block, far = shaken.moved[side.side]
             if far > 0:
@@ -77,6 +77,7 @@ def told_of(answer: Newmark) -> dict[str, Any]:
         else {
             "stage": shaken.stage,
             "status": shaken.status.value,
+            "verdict": shaken.verdict,
             "reason": shaken.reason,
             "displacement": {side: {"block": block, "metres": far} for side, (block, far) in shaken.moved.items()},
         },

@@ -58,6 +58,8 @@ def test_what_comes_down_is_taken_away_and_stage_after_stage_goes_on(tmp_path):
     results = bsm.run(overhanging(0.5, stages=dug), bsm.Options(falls=bsm.Falls(on_fall="remove")))
     assert [stage.status for stage in results.stages] == ["stable_after_falls", "stable", "stable"]
     assert results.status == "stable"
+    verdicts = [verdict_in_words(results.blocks, stage) for stage in results.stages]
+    assert verdicts == ["stable, after 1 block fell", "stable", "stable"]
     (fall,) = results.stages[0].falls
     assert (fall.block, fall.ignored, fall.reason) == (3, False, "a block has lost all contact and moves freely")
     assert fall.origin == pytest.approx((0.25, -0.75))
@@ -120,7 +122,7 @@ def test_a_chip_that_slides_to_a_stop_is_in_a_note_and_in_no_headline(tmp_path):
     again = bsm.Results.load(results.save(tmp_path / "out"))
     assert again.stages[0].max_displacement == stage.max_displacement
     everything = bsm.run(results.model, bsm.Options(falls=bsm.Falls(ignore_below=0.0)))
-    assert verdict_in_words(everything.blocks, everything.stages[0]).startswith("stable, after moving 0.1 m")
+    assert verdict_in_words(everything.blocks, everything.stages[0]).startswith("stable, after 1 block moved by 0.1 m")
 
 
 @pytest.mark.parametrize(

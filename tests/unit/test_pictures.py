@@ -322,8 +322,8 @@ def test_headings() -> None:
     only, second = {"name": "initial", "status": "stable"}, {"name": "crown", "status": "not_converged"}
     one, two = {"status": "stable", "stages": [only]}, {"status": "not_converged", "stages": [only, second]}
     assert heading({"title": "Tunnel", **one}) == "Tunnel: stable"
-    fallen = {**one, "stages": [{**one["stages"][-1], "verdict": "stable after falls, after moving 3.8 m"}]}
-    assert heading({"title": "Tunnel", **fallen}) == "Tunnel: stable after falls, after moving 3.8 m"
+    fallen = {**one, "stages": [{**one["stages"][-1], "verdict": "stable, after 2 blocks fell"}]}
+    assert heading({"title": "Tunnel", **fallen}) == "Tunnel: stable, after 2 blocks fell"
     assert heading({"title": "", **two}) == "bsm-mesh: stage crown, not converged"
     assert heading({"title": "Tunnel", **one}, "on its way") == "Tunnel: on its way"
     unfinished = {"title": "Tunnel", **one, "status": "unfinished"}

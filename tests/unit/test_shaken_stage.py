@@ -1,6 +1,7 @@
 """A stage that is shaken: energies, verdicts, times, laws and bolts in it, and how it continues."""
 
 import csv
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ import bsm_mesh as bsm
 from bsm_mesh.results.spread import spread_text
 from bsm_mesh.solve.stages import as_built
 from bsm_mesh.solve.zones import departures
+from bsm_mesh.text.tables import describe
 from tests.scenes.shaken import STAGE, block_on_plane, quake, shaken, wall
 from tests.scenes.shapes import rectangle, running_bond
 from tests.unit.test_own_laws import Power
@@ -109,6 +111,22 @@ def test_the_others_are_shaken_on_without_what_came_down():
     assert [fall.block for fall in stage.falls] == [2]
     assert stage.shaking.time[-1] == 3.0
     assert_allclose(np.diff(stage.shaking.time), 0.1)
+
+
+def test_a_block_that_topples_and_then_rests_is_in_the_verdict(tmp_path):
+    """Half of its height, less half of its width, is how far its centroid falls."""
+    width, height = 0.25, 1.0
+    sine = bsm.Shaking(waveform="sine", frequency=1.0, amplitude=6.0, cycles=1, duration=1.2, every=0.2)
+    polygons = [rectangle(-3, -1, 4, 0), rectangle(0, 0, width, height)]
+    results = bsm.run(shaken(polygons, replace(sine, contact_damping=0.3), friction=35, kn=1e8))
+    stage = results.stages[-1]
+    assert stage.status == "stable"
+    assert_allclose(stage.stage_displacement[1, 1], (width - height) / 2, atol=1e-3)
+    said = f"stable, after 1 block moved by {np.hypot(*stage.stage_displacement[1, :2]):.3g} m ("
+    assert dict(describe(results))["verdict"].startswith(said)
+    assert repr(results).startswith(f"Results: {said}")
+    told = json.loads((results.save(tmp_path / "out") / "summary.json").read_text(encoding="utf-8"))
+    assert told["stages"][-1]["verdict"].startswith(said)
 
 
 def test_energies_balance_with_dashpots_whatever_the_windows():
