@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError
@@ -29,3 +32,35 @@ def python_command(module: str, *arguments: str) -> list[str]:
     if not sys.executable:
         raise ModelError("this Python is part of another program and cannot start itself: run bsm-mesh by its own")
     return [sys.executable, "-P", "-c", _RUN, str(Path(__file__).parents[1]), module, *arguments]
+
+
+def run_with_lines(command: list[str], heard: Callable[[str], None], *, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, and pass on each line of its output as it is written.
+
+    Parameters
+    ----------
+    command : list of str
+        As of `python_command`.
+    heard : callable
+        Gets each line, without its end. Where it raises, or the run is interrupted, the process is killed.
+    cwd : Path
+        The current folder of the process.
+    """
+    pipe = subprocess.PIPE
+    with (
+        subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, encoding="utf-8", errors="replace", cwd=cwd
+        ) as process,
+        ThreadPoolExecutor(1) as reader,  # of its errors: a full pipe would stop it
+    ):
+        assert process.stdout is not None
+        assert process.stderr is not None
+        errors, lines = reader.submit(process.stderr.read), []
+        try:
+            for line in process.stdout:
+                lines.append(line)
+                heard(line.rstrip("\n"))
+        except BaseException:
+            process.kill()
+            raise
+        return subprocess.CompletedProcess(command, process.wait(), "".join(lines), errors.result())

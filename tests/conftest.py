@@ -5,12 +5,10 @@ from __future__ import annotations
 import gc
 import os
 import shutil
-import subprocess
 import time
 import timeit
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -41,7 +39,7 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 @pytest.fixture
 def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are drawn in this process."""
-    monkeypatch.setattr(plot, "subprocess", SimpleNamespace(run=run_here, DEVNULL=subprocess.DEVNULL))
+    monkeypatch.setattr(plot, "run_with_lines", run_here)
 
 
 @pytest.fixture(autouse=True)

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from bsm_mesh.commands.cli_options import PATH, json_option
+from bsm_mesh.text.progress import reading
 from bsm_mesh.text.terminal import say
 
 
@@ -47,12 +48,14 @@ def plot(
 
     --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
     """
-    from bsm_mesh.pictures.beside import named_source
-    from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
+    with reading(out) as progress:
+        from bsm_mesh.pictures.beside import named_source
+        from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
 
-    sources = ((name, str(Path(path).absolute())) for name, path in map(named_source, beside))
-    choice = PictureChoice(stage=stage, window=window, only=only, beside=tuple(sources))
-    for path in draw_in_subprocess(out, choice, animate=animate, step=step):
+        sources = ((name, str(Path(path).absolute())) for name, path in map(named_source, beside))
+        choice = PictureChoice(stage=stage, window=window, only=only, beside=tuple(sources))
+        drawn = draw_in_subprocess(out, choice, progress.often, animate=animate, step=step)
+    for path in drawn:
         say(path)
 
 
@@ -73,9 +76,11 @@ def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> 
     versions and checksums. Of earlier stages it shows displacement, joints and bolts. A factor of safety of the same
     model in OUT-safety is on the first page. The page needs no other file.
     """
-    from bsm_mesh.pages.report import ReportFields, write_report
+    with reading(out) as progress:
+        from bsm_mesh.pages.report import ReportFields, write_report
 
-    write_report(out, pictures=not no_pictures, fields=ReportFields(**fields), safety=safety)
+        path = write_report(out, progress.often, pictures=not no_pictures, fields=ReportFields(**fields), safety=safety)
+    say(path)
 
 
 @click.command()
@@ -86,9 +91,11 @@ def view(out: Path) -> None:
     Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
     click shows numbers. The page needs no other file and no network. It takes Bokeh: pip install bokeh.
     """
-    from bsm_mesh.pages.view import write_view
+    with reading(out):
+        from bsm_mesh.pages.view import write_view
 
-    say(write_view(out))
+        path = write_view(out)
+    say(path)
 
 
 @click.command()
@@ -98,9 +105,11 @@ def paraview(out: Path) -> None:
 
     Coloured, moved, with the stages named: paraview --script=OUT/in_paraview.py, or File > Load State.
     """
-    from bsm_mesh.pages.paraview import write_paraview
+    with reading(out):
+        from bsm_mesh.pages.paraview import write_paraview
 
-    say(write_paraview(out))
+        path = write_paraview(out)
+    say(path)
 
 
 @click.command()
@@ -131,6 +140,8 @@ def verify(out: Path, as_json: bool) -> None:
     a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does
     not hold.
     """
-    from bsm_mesh.folder.verify import verify as verify_results
+    with reading(out, quiet=as_json):
+        from bsm_mesh.folder.verify import grounds_in, print_grounds
 
-    sys.exit(verify_results(out, as_json=as_json))
+        grounds = grounds_in(out)
+    sys.exit(print_grounds(grounds, as_json=as_json))

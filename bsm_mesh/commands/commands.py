@@ -67,7 +67,7 @@ def run_model(
             from bsm_mesh.pictures.plot import draw_in_subprocess
 
             progress.report("pictures")
-            drawn = draw_in_subprocess(folder)
+            drawn = draw_in_subprocess(folder, report=progress.often)
     if as_json:
         sets = [asdict(one) for one in joint_sets(results, results.stages[-1])]
         say_json({**summary(results), "joints": sets, "notes": notes, "folder": str(folder)})

@@ -88,7 +88,7 @@ def compare_model(
             ]
             of_blocks = re.compile(r"compare(_\d+)?\.vtu")
             vtus = [file for file in files if of_blocks.fullmatch(Path(file).name)]
-            files += drawn(added, dict(zip(vtus, titles, strict=True)))
+            files += drawn(added, dict(zip(vtus, titles, strict=True)), progress.often)
     compared = [stage.comparison for stage in stages if stage.comparison is not None]
     notes = (*loaded.notes, *results.stages[0].notes, *(compared[-1].notes if compared else ()))
     if as_json:
@@ -147,15 +147,19 @@ def _histories_file(results: Results, stages: Sequence[ComparedStage], added: Ad
     return [str(added.folder.path / HISTORIES)]
 
 
-def drawn(added: AddedFiles, titles: Mapping[str, str]) -> list[str]:
-    """Draw both sides and the difference of VTU files with their titles; return the pictures' paths."""
+def drawn(added: AddedFiles, titles: Mapping[str, str], report: Callable[[str], None]) -> list[str]:
+    """Draw both sides and the difference of VTU files with their titles; return the pictures' paths.
+
+    `report` gets the name of each picture when it is drawn.
+    """
     from bsm_mesh.pictures.plot import render
 
     folder = added.folder.path
     if not titles:
         return []
     given = [f"{Path(file).name}={one_line(title)}" for file, title in titles.items()]
-    return [str(path) for path in render(folder, "bsm_mesh.pictures.compare_pictures", str(folder.absolute()), *given)]
+    module, place = "bsm_mesh.pictures.compare_pictures", str(folder.absolute())
+    return [str(path) for path in render(folder, report, module, place, *given)]
 
 
 def _told(stage: ComparedStage) -> dict[str, object]:

@@ -74,7 +74,7 @@ def compare_with_files(
             compared = [one for one in found if not one.reason]
             titles = [f"{title}, {named_stage(one.stage)}, beside {Path(one.source).name}" for one in compared]
             vtus = [file for file in files if file.endswith(".vtu")]
-            files += drawn(added, dict(zip(vtus, titles, strict=True)))
+            files += drawn(added, dict(zip(vtus, titles, strict=True)), progress.often)
     if as_json:
         told = [_told(one) for one in found]
         say_json({**(told[0] if len(told) == 1 else {"stages": told}), "files": files})

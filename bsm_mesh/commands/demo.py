@@ -14,7 +14,7 @@ from bsm_mesh.folder.summary import read_summary
 from bsm_mesh.modelfile.model_file import read_model_file
 from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
 from bsm_mesh.text.headings import PICTURES_FOLDER
-from bsm_mesh.text.progress import Progress
+from bsm_mesh.text.progress import Progress, reading
 from bsm_mesh.text.terminal import say
 
 CASE, LAST = "cavern", "-1"
@@ -38,7 +38,8 @@ def run_demo(folder: Path) -> None:
         say("")
     for name in (UNBOLTED, MODEL):
         out = folder / "out" / Path(name).stem
-        draw_in_subprocess(out, PictureChoice(stage=LAST))
+        with reading(out) as progress:
+            draw_in_subprocess(out, PictureChoice(stage=LAST), progress.often)
         stage = read_summary(out)["stages"][-1]
         say(f"{name}, {named_stage(stage['name'])}: {stage['verdict']}. Pictures: {out / PICTURES_FOLDER}")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -48,9 +48,8 @@ class Ground:
     text: str
 
 
-def verify(out: Path, *, as_json: bool) -> int:
-    """Check every verdict in a results folder; print the grounds; return the exit code."""
-    grounds = grounds_in(out)
+def print_grounds(grounds: Sequence[Ground], *, as_json: bool) -> int:
+    """Print the grounds of all stages; return the exit code."""
     if as_json:
         say_json([asdict(ground) for ground in grounds])
     else:

@@ -119,7 +119,7 @@ def of_bolts(model: Model) -> Iterator[str]:
 def _kept_cohesion(thing: str, law: MohrCoulomb) -> Iterator[str]:
     """Say that cohesion stays when a joint slips: files of before were solved without it from the first slip on."""
     if law.cohesion > 0 and not law.is_brittle:
-        yield f"{thing}: slip leaves its cohesion whole; where the first slip destroys it give residual_cohesion = 0"
+        yield f"{thing}: it keeps its cohesion when it slips; if slip destroys the cohesion, give residual_cohesion = 0"
 
 
 def _beyond_apex(thing: str, tensile_strength: float, cohesion: float, law: MohrCoulomb) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
@@ -16,9 +16,8 @@ from bsm_mesh.folder.safety_files import ANSWER
 from bsm_mesh.folder.saved_results import damage_told
 from bsm_mesh.pages.report_answers import is_study, safety_beside, safety_content, study_content
 from bsm_mesh.pages.report_results import content_of, picture_data
-from bsm_mesh.pictures.plot import draw_in_subprocess
+from bsm_mesh.pictures.plot import draw_in_subprocess, in_silence
 from bsm_mesh.text.headings import PICTURES_FOLDER
-from bsm_mesh.text.terminal import say
 
 REPORT, TEMPLATE = "report.html", "report.html.j2"
 
@@ -42,7 +41,12 @@ class ReportFields:
 
 
 def write_report(
-    out: Path, *, pictures: bool = True, fields: ReportFields | None = None, safety: Path | None = None
+    out: Path,
+    progress: Callable[[str], None] = in_silence,
+    *,
+    pictures: bool = True,
+    fields: ReportFields | None = None,
+    safety: Path | None = None,
 ) -> Path:
     """Write the report of a folder into it and return its path.
 
@@ -50,6 +54,8 @@ def write_report(
     ----------
     out : Path
         The folder of a run, of a factor of safety or of a study.
+    progress : callable
+        Gets a few words before each part of the work.
     pictures : bool
         Whether its pictures are drawn where they are missing.
     fields : ReportFields, optional
@@ -68,7 +74,7 @@ def write_report(
     chosen = fields or ReportFields()
     added = AddedFiles(out) if not is_study(out) else None
     with damage_told(out):
-        content = _content(out, pictures=pictures, safety=safety)
+        content = _content(out, progress, pictures=pictures, safety=safety)
     content["fields"] = _fields(chosen, content["fields"])
     if chosen.picture is not None:
         content["overview"] = _overview(chosen.picture)
@@ -79,28 +85,29 @@ def write_report(
     else:
         with added.file(REPORT) as draft:
             write_text(draft, page)
-    say(out / REPORT)
     return out / REPORT
 
 
-def _content(out: Path, *, pictures: bool, safety: Path | None) -> dict[str, Any]:
+def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safety: Path | None) -> dict[str, Any]:
     """Return the content of the page: the answer first, then the results on which it rests."""
     if is_study(out):
         return study_content(out)
     if (out / ANSWER).is_file():
         answer = safety_content(out)
         state = next((out / name for name in answer["states"] if (out / name / SUMMARY).is_file()), None)
-        results = {} if state is None else _results(state, pictures=pictures)
+        results = {} if state is None else _results(state, progress, pictures=pictures)
         heading = f"{answer['answer']} ({answer['state_shown']})" if state is not None else answer["answer"]
         return {**results, "title": answer["title"], "heading": heading, "fields": answer["fields"], "safety": answer}
-    content = _results(out, pictures=pictures)
+    content = _results(out, progress, pictures=pictures)
     beside = safety_beside(out, content["model_hash"]) if safety is None else safety
     return content if beside is None else {**content, "safety": safety_content(beside)}
 
 
-def _results(out: Path, *, pictures: bool) -> dict[str, Any]:
+def _results(out: Path, progress: Callable[[str], None], *, pictures: bool) -> dict[str, Any]:
     if pictures and not list((out / PICTURES_FOLDER).glob("*.png")):
-        draw_in_subprocess(out)
+        progress("pictures")
+        draw_in_subprocess(out, report=progress)
+    progress(f"checking the verdicts of {out}")
     return content_of(out)
 
 

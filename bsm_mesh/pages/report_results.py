@@ -101,7 +101,9 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     at = place(results.blocks.moments.centroid[most].round(2))  # to the centimetre
     rows: Rows = list(describe(results, stage))
     rows.insert(2, ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"))
-    rows.append(("moved most in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}"))
+    rows.append(
+        ("greatest displacement in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}")
+    )
     rows += balance_rows(results, stage)
     if stage.unstable_blocks.size:
         rows.append(("unstable blocks", numbered("block", stage.unstable_blocks)))
@@ -216,6 +218,14 @@ def _shown(value: Any, unit: str = "") -> str:
     if isinstance(value, float) and unit:
         exact = float(f"{value:.4g}") == value and unit != "degrees"
         return engineering(value, unit) if exact else f"{value:.10g} {unit}"
-    listed = isinstance(value, list) and not any(isinstance(each, list | dict) for each in value)
-    text = ", ".join(map(_shown, value)) if listed else f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, dict):
+        text = ", ".join(f"{key} {_part(each)}" for key, each in value.items() if each not in ([], {}))
+    elif isinstance(value, list):
+        text = ", ".join(map(_part, value))
+    else:
+        text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) < 200 else f"{text[:197]}..."
+
+
+def _part(value: Any) -> str:
+    return f"({_shown(value)})" if isinstance(value, list) else _shown(value)

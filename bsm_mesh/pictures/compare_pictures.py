@@ -123,7 +123,7 @@ if __name__ == "__main__":
         for given in sys.argv[2:]:
             name, _, heading = given.partition("=")
             for picture in draw_comparison(Path(sys.argv[1]), name, heading):
-                print(picture)
+                print(picture, flush=True)
     except ModelError as error:
         print(error, file=sys.stderr)
         sys.exit(BAD_INPUT)

@@ -190,8 +190,8 @@ def add_supports(sheet: Sheet) -> None:
     both = (along > 0.1).all(axis=1)
     chosen = scene.spread(points, MOST_SUPPORTS)
     for mask, label, style in (
-        (both, "held", {"marker": "^", "markersize": 7, "color": TEXT}),
-        (~both, "held in one direction", {"marker": "o", "markersize": 5, "color": TEXT, "markerfacecolor": "white"}),
+        (both, "fixed", {"marker": "^", "markersize": 7, "color": TEXT}),
+        (~both, "fixed in one direction", {"marker": "o", "markersize": 5, "color": TEXT, "markerfacecolor": "white"}),
     ):
         mine = chosen[np.asarray(mask)[chosen]]
         if len(mine):

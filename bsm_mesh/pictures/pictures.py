@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -178,8 +178,8 @@ def chosen_pictures(only: Sequence[str]) -> list[str]:
     return [name for name in names if name in found or not only]
 
 
-def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
-    """Draw the pictures of a results folder and return their paths."""
+def draw_pictures(folder: Path, choice: PictureChoice) -> Iterator[Path]:
+    """Draw the pictures of a results folder, and yield the path of each when it is drawn."""
     names = chosen_pictures(choice.only)
     refuse_window(choice.window, names)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
@@ -187,7 +187,7 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
     refuse_space(results.blocks, "plot")
     for name, path in choice.beside:
         results = with_sources(results, {name: path})
-    drawn = []
+    nothing = True
     stages = range(len(results.stages)) if choice.stage is None else [stage_number(results, choice.stage)]
     for number in stages:
         scene = Scene(results=results, number=number, title=stage_heading(results, number), window=choice.window)
@@ -198,14 +198,15 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
         for name in [*of_place, *charts]:
             figure = _figure(scene, name) if name in PICTURES else _chart(results, number, name)
             if figure is not None:
-                drawn.append(add_picture(added, f"{name}{suffix}.png", partial(save, figure)))
+                nothing = False
+                yield add_picture(added, f"{name}{suffix}.png", partial(save, figure))
     for name in [name for name in names if name in OF_THE_RUN and choice.window is None]:
         figure = _chart(results, -1, name)
         if figure is not None:
-            drawn.append(add_picture(added, f"{name}.png", partial(save, figure)))
-    if not drawn and choice.only:
+            nothing = False
+            yield add_picture(added, f"{name}.png", partial(save, figure))
+    if nothing and choice.only:
         raise ModelError(f"plot: there is nothing to show in {' and '.join(map(repr, choice.only))}")
-    return drawn
 
 
 def refuse_window(window: Window | None, names: Sequence[str]) -> None:
@@ -229,7 +230,7 @@ def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) ->
 if __name__ == "__main__":
     try:
         for picture in draw_pictures(Path(sys.argv[1]), PictureChoice(**json.loads(sys.argv[2]))):
-            print(picture)
+            print(picture, flush=True)
     except ModelError as error:
         print(error, file=sys.stderr)
         sys.exit(BAD_INPUT)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import subprocess
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from bsm_mesh.files import remove_abandoned
 from bsm_mesh.folder.own_files import link_on_the_way, place_in
 from bsm_mesh.folder.saved_results import find_results
 from bsm_mesh.folder.summary import read_summary
-from bsm_mesh.processes import python_command
+from bsm_mesh.processes import python_command, run_with_lines
 from bsm_mesh.text.headings import PICTURES_FOLDER
 
 BAD_INPUT = 2  # exit code of the drawing process where the results or what is asked for are at fault
@@ -41,8 +41,17 @@ class PictureChoice:
     beside: tuple[tuple[str, str], ...] = ()
 
 
+def in_silence(_: str) -> None:
+    """Report nothing."""
+
+
 def draw_in_subprocess(
-    folder: Path, choice: PictureChoice | None = None, *, animate: bool = False, step: int | None = None
+    folder: Path,
+    choice: PictureChoice | None = None,
+    report: Callable[[str], None] = in_silence,
+    *,
+    animate: bool = False,
+    step: int | None = None,
 ) -> list[Path]:
     """Draw the pictures of a results folder into ``pictures/`` and return their paths.
 
@@ -52,6 +61,8 @@ def draw_in_subprocess(
         The folder of a run.
     choice : PictureChoice, optional
         Which ones; by default all of every stage.
+    report : callable
+        Gets the name of each picture when it is drawn, with its number.
     animate : bool
         Draw the movement as a GIF instead.
     step : int, optional
@@ -75,35 +86,40 @@ def draw_in_subprocess(
         if choice is not None and choice != PictureChoice():
             raise ModelError("plot: --animate and --step exclude --stage, --window, --only or --with")
         module, arguments = "bsm_mesh.pictures.animation", [arguments[0], "" if step is None else str(step)]
-    return render(folder, module, *arguments)
+    return render(folder, report, module, *arguments)
 
 
-def render(folder: Path, module: str, *arguments: str) -> list[Path]:
+def render(folder: Path, report: Callable[[str], None], module: str, *arguments: str) -> list[Path]:
     """Run a module that draws pictures of a folder in a process of its own, and return their paths.
+
+    Each line of its output is the path of a picture that is drawn; `report` gets its name with its number.
 
     Raises
     ------
     ModelError
         If the renderer fails or dies.
     """
+    drawn: list[Path] = []
+
+    def heard(line: str) -> None:
+        drawn.append(folder / PICTURES_FOLDER / Path(line).name)
+        report(f"picture {len(drawn)}: {drawn[-1].name}")
+
     try:
-        done = subprocess.run(
+        done = run_with_lines(
             python_command(module, *arguments),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            check=False,
+            heard,
             cwd=Path(__file__).parent,  # settings of libraries in the current folder are a stranger's: matplotlibrc
         )
     finally:
         if link_on_the_way(folder, PICTURES_FOLDER, itself=True) is None:
             remove_abandoned(folder / PICTURES_FOLDER)  # of a renderer that died
     if not 0 <= done.returncode < 256:  # a signal; on Windows an exception's number
-        raise ModelError(f"{folder}: drawing died of signal {-done.returncode}, perhaps for want of memory; {CURE}")
+        died = f"the drawing process was killed (signal {-done.returncode}), possibly out of memory"
+        raise ModelError(f"{folder}: {died}; {CURE}")
     last = (done.stderr.strip().splitlines() or ["no message"])[-1].replace(str(folder.absolute()), str(folder))
     if done.returncode == BAD_INPUT:
         raise ModelError(last)
     if done.returncode:
         raise ModelError(f"{folder}: the pictures could not be drawn: {last}; {CURE}")
-    return [folder / PICTURES_FOLDER / Path(line).name for line in done.stdout.splitlines()]
+    return drawn

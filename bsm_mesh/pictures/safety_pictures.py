@@ -62,7 +62,7 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Pa
         axes.axvspan(safety.stable, safety.unstable, color="#fdd835", alpha=0.6, label="the limit lies here")
     if np.isfinite(safety.limit.factor):
         axes.axvline(safety.limit.factor, color="black", linestyle="--", linewidth=1, label="bound by limit analysis")
-    axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="counts as failure from here on")
+    axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="failure above this movement")
     axes.set_yscale("log")
     axes.set_xlabel(f"{safety.quantity} [{safety.unit}]" if safety.unit else safety.quantity, parse_math=False)
     axes.set_ylabel("greatest movement of a block over its size")
@@ -85,7 +85,7 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
         fails = np.zeros(0, dtype=np.int32) if safety.mechanism is None else safety.mechanism.blocks
         sheet, factor = _draw_failure(_scene(safety.states[bad]), fails, figure)
         shown = f", drawn {factor:.2g} times as far" if factor > 1.05 else ""
-        sheets.append((sheet, f"first unstable, {with_unit(bad, safety.unit)}: where the blocks go{shown}"))
+        sheets.append((sheet, f"first unstable, {with_unit(bad, safety.unit)}: displacement{shown}"))
     for sheet, caption in sheets:
         width = int(LETTERS * figure.get_figwidth() / len(sheets))
         sheet.axes.set_title(

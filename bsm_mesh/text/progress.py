@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -92,13 +93,21 @@ class Progress:
     def step(self, record: StepRecord) -> None:
         """Say how far an accepted step has come."""
         text = (
-            f"stage {record.stage}, step {record.step}: residual {record.residual:.1e}, "
+            f"stage {record.stage}, step {record.step}: unbalanced force {record.residual:.1e}, "
             f"displacement {record.max_displacement:.3g} m"
         )
         if self._verbose:
             vain = f" ({', '.join(record.tried)} without success)" if record.tried else ""
             text = f"{text}, by {record.method}{vain}"
         self.report(text)
+
+
+@contextmanager
+def reading(path: Path, *, quiet: bool = False) -> Iterator[Progress]:
+    """Show that a folder is read, and then the progress that the command reports."""
+    with Progress(quiet=quiet) as progress:
+        progress.report(f"reading {path}")
+        yield progress
 
 
 _early: list[Progress] = []

@@ -263,7 +263,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("contacts", f"{report['contacts']}"),
         ("stiffest over softest contact", f"{report['stiffness_ratio']:.3g}"),
         ("supported blocks", f"{report['supported_blocks']}"),
-        ("parts that do not touch", f"{report['parts']}"),
+        ("separate groups of blocks", f"{report['parts']}"),
         ("T-intersections", f"{report['t_intersections']}"),
         ("narrow gaps between blocks", f"{report['gaps'] or 'none'}{_place(gap_at)}"),
         ("area covered twice", f"{report['overlap_area']:.3g} m2"),

@@ -34,17 +34,20 @@ def rows_of(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         at = place(round(x, 2) + 0.0 for x in fails["centre"])  # to the centimetre
         unit = "m2" if len(fails["centre"]) == 2 else "m3"
         size = f"{engineering(fails['area'], unit)}, {100 * fails['part']:.3g} % of all"
-        rows.append(("what fails", f"{numbered('block', fails['blocks'], 6)}: {size}, around {at} m"))
+        rows.append(("blocks that fail", f"{numbered('block', fails['blocks'], 6)}: {size}, around {at} m"))
         rows += [
-            (f"just before, of {name}", f"{100 * each['slipping']:.3g} % slips, {100 * each['open']:.3g} % open")
+            (
+                f"at the last stable value: {name}",
+                f"{100 * each['slipping']:.3g} % slips, {100 * each['open']:.3g} % open",
+            )
             for name, each in fails["joints"].items()
         ]
     failed = next((trial for trial in told["trials"] if trial["value"] == told["unstable"]), None)
     if failed is not None:
-        rows.append(("why it counts as failure", failed["reason"]))
+        rows.append(("reason for failure", failed["reason"]))
     rows += [
-        ("changed", told["changed"]),
-        ("how", told["start"]),
+        ("varied", told["changed"]),
+        ("procedure", told["start"]),
         ("trials, processor time", f"{len(told['trials'])}, {told['seconds']:.3g} s"),
     ]
     return rows

@@ -71,7 +71,7 @@ def space_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("total weight", engineering(report["weight"], "N")),
         ("contact polygons", f"{report['contact_polygons']}"),
         ("supported blocks", f"{report['supported_blocks']}"),
-        ("parts that do not touch", f"{report['parts']}"),
+        ("separate groups of blocks", f"{report['parts']}"),
     ]
     rows += [(f"rock {name}", counted(count, "block")) for name, count in report["rocks"].items()]
     rows += [(f"joint {name}", f"{area:.4g} m2") for name, area in report["joint_areas"].items()]

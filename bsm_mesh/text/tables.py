@@ -205,7 +205,7 @@ def _solution_rows(results: Results, stage: StageResult) -> list[tuple[str, str]
 def balance_rows(results: Results, stage: StageResult) -> list[tuple[str, str]]:
     """Return the number of contacts, and the greatest residual of a block as a part of the reference weight."""
     residual = f"{stage.residual:.1e} of {engineering(stage.reference_weight, results.blocks.force_unit)}"
-    return [("contacts", f"{len(stage.contacts.length)}"), ("residual: block most out of balance", residual)]
+    return [("contacts", f"{len(stage.contacts.length)}"), ("greatest unbalanced force of a block", residual)]
 
 
 MOST_DOWN = 8  # blocks that are listed: the largest
@@ -233,12 +233,12 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
 
 def down_header(results: Results) -> tuple[str, ...]:
     """Return the header of `down_rows`."""
-    return ("block", "at", results.blocks.bulk_name, "weight", "of all", "moved")
+    return ("block", "at", results.blocks.bulk_name, "weight", "of all", "displacement")
 
 
 def fall_header(results: Results) -> tuple[str, ...]:
     """Return the header of `fall_rows`."""
-    return ("block", "stage", "from", results.blocks.bulk_name, "weight", "moved", "reason")
+    return ("block", "stage", "from", results.blocks.bulk_name, "weight", "displacement", "reason")
 
 
 def fall_rows(results: Results) -> list[tuple[str, ...]]:
@@ -269,7 +269,7 @@ def fall_reasons(results: Results) -> list[str]:
     return [f"{named_stage(name)}: {numbered('block', blocks)}: {reason}" for (name, reason), blocks in said.items()]
 
 
-STAGE_HEADER = ("stage", "verdict", "blocks", "moved", "in all")
+STAGE_HEADER = ("stage", "verdict", "blocks", "displacement", "in all stages")
 
 
 def stage_rows(results: Results) -> list[tuple[str, ...]]:
@@ -325,7 +325,7 @@ def percent(share: float) -> str:
     return "> 99 %" if 0.99 < share < 1 - 1e-12 else f"{100 * share:.0f} %"
 
 
-SPREAD_HEADER = ("route", "verdict", "moved", "differs by", "at block")
+SPREAD_HEADER = ("route", "verdict", "displacement", "differs by", "at block")
 
 
 def spread_rows(ends: Sequence[RouteEnd]) -> list[tuple[str, ...]]:

@@ -42,7 +42,11 @@ def starter_slope() -> str:
     Which blocks fail beyond the limit it does, and how much of a joint slips just before: the picture shows them.
     """
     _, found = _slope()
-    rows = [row for row in answer_rows(found) if not row[0].startswith(("trials", "what fails", "just before"))]
+    rows = [
+        row
+        for row in answer_rows(found)
+        if not row[0].startswith(("trials", "blocks that fail", "at the last stable value"))
+    ]
     return markdown(("", ""), rows)
 
 

@@ -12,7 +12,7 @@ import os
 import runpy
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from subprocess import CompletedProcess
 from typing import Any
 from unittest import mock
@@ -22,8 +22,10 @@ from bsm_mesh.processes import python_command
 BEFORE = len(python_command("module")) - 1  # words of the command before the module
 
 
-def run_here(command: Sequence[str], *, cwd: str | os.PathLike[str], **_: Any) -> CompletedProcess[str]:
-    """Run the module of a `python_command`, as `subprocess.run` would where it captures the text."""
+def run_here(
+    command: Sequence[str], heard: Callable[[str], None] = lambda _: None, *, cwd: str | os.PathLike[str], **_: Any
+) -> CompletedProcess[str]:
+    """Run the module of a `python_command`, as `subprocess.run` or `run_with_lines` would."""
     module = command[BEFORE]
     out, err, code = io.StringIO(), io.StringIO(), 0
     with (
@@ -38,4 +40,6 @@ def run_here(command: Sequence[str], *, cwd: str | os.PathLike[str], **_: Any) -
             runpy.run_module(module, run_name="__main__")
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else 1
+    for line in out.getvalue().splitlines():
+        heard(line)
     return CompletedProcess(command, code, out.getvalue(), err.getvalue())

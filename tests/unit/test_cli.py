@@ -36,7 +36,7 @@ def test_run_writes_the_whole_folder(case: Case) -> None:
     assert set(outcome.new) == made | {"out", "out/model"}
     assert "stable" in outcome.out
     assert "time of the solution" in outcome.out
-    assert "stage 0, step 1: residual" in outcome.err  # progress, as plain lines
+    assert "stage 0, step 1: unbalanced force" in outcome.err  # progress, as plain lines
     for kind in series:
         assert read_pvd(case.folder / "out/model" / f"{kind}.pvd") == [
             (0.0, case.folder / "out/model" / f"{kind}_0000.vtu")

@@ -7,7 +7,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.commands.cli import main
-from bsm_mesh.folder.verify import verify
+from bsm_mesh.folder.verify import grounds_in, print_grounds
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.text.tables import fall_rows
 from tests.scenes.models import model_of
@@ -86,7 +86,7 @@ def test_results_are_read_after_a_block_was_removed_in_the_first_stage(tmp_path,
     assert list(again.stages[0].present) == [True, False, True, True]
     for command in ("report", "view", "paraview"):
         main([command, str(tmp_path / "out")])
-    assert verify(tmp_path / "out", as_json=False) == 0
+    assert print_grounds(grounds_in(tmp_path / "out"), as_json=False) == 0
 
 
 def test_blocks_slide_on_when_one_beside_them_is_taken_away():

@@ -76,7 +76,7 @@ def forge_summary(folder: Path, change: Callable[[dict[str, Any]], object]) -> N
 
 def refused(folder: Path, says: str = "") -> None:
     """Everything that reads results refuses them."""
-    readers = (Results.load, grounds_in, lambda out: draw_pictures(out, PictureChoice()))
+    readers = (Results.load, grounds_in, lambda out: list(draw_pictures(out, PictureChoice())))
     for read in readers:
         with pytest.raises(ModelError, match=re.escape(says)):
             read(folder)

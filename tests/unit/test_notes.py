@@ -45,7 +45,7 @@ def test_an_ordinary_model_has_none() -> None:
         ({"joints": [joint(law=bsm.Patton(friction=80))]}, "joint 'J': friction = 80 degrees is unusual (0 to 70"),
         (
             {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=1e5))]},
-            "joint 'J': slip leaves its cohesion whole; where the first slip destroys it give residual_cohesion = 0",
+            "joint 'J': it keeps its cohesion when it slips; if slip destroys the cohesion, give residual_cohesion = 0",
         ),
         ({"joints": [joint(normal_stiffness=1e3)]}, "joint 'J': normal_stiffness = 1000 Pa/m is unusual"),
         (

@@ -346,12 +346,12 @@ def fake(code: int, error: str = "") -> object:
 
 @pytest.mark.parametrize("code", [-11, -6, 3221225477])  # the last: Windows's access violation
 def test_a_drawing_that_dies(results: Case, monkeypatch: pytest.MonkeyPatch, code: int) -> None:
-    monkeypatch.setattr("bsm_mesh.pictures.plot.subprocess.run", fake(code))
-    results.refuses("plot", "out/model", says=["out/model: drawing died of signal", "without pictures"])
+    monkeypatch.setattr("bsm_mesh.pictures.plot.run_with_lines", fake(code))
+    results.refuses("plot", "out/model", says=["out/model: the drawing process was killed (signal", "without pictures"])
 
 
 def test_a_drawing_that_fails(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bsm_mesh.pictures.plot.subprocess.run", fake(1, "Traceback ...\nImportError: libfreetype.so"))
+    monkeypatch.setattr("bsm_mesh.pictures.plot.run_with_lines", fake(1, "Traceback ...\nImportError: libfreetype.so"))
     with pytest.raises(ModelError, match=r"could not be drawn: ImportError: libfreetype\.so"):
         draw_in_subprocess(Path("out/model"))
 

@@ -92,7 +92,7 @@ def test_a_model_that_was_not_run(results):
     told = texts(model.plot())
     assert told[0] == "Opening with bolts: as given"
     assert told[1].startswith("24 blocks where they were given")
-    assert {"rock", "joint J", "held", "water table", "bolt, its head"} <= set(told)
+    assert {"rock", "joint J", "fixed", "water table", "bolt, its head"} <= set(told)
     histories = [bsm.History(name="roof", point=(0.5, 0.5)), bsm.History(name="rod", line=[(0.5, 0.5), (1.5, 1.5)])]
     figure = model.replace(histories=histories).plot()
     assert {"points of histories", "lines of histories"} <= set(texts(figure))

@@ -12,7 +12,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
 from bsm_mesh.pictures.plot import draw_in_subprocess
-from bsm_mesh.processes import python_command
+from bsm_mesh.processes import python_command, run_with_lines
 from tests.scenes.small_case import LINEAR, MODEL, ROOT, run_process
 from tests.scenes.square_mesh import msh
 
@@ -74,3 +74,31 @@ def test_settings_of_a_stranger_draw_no_picture(tmp_path: Path) -> None:
             (tmp_path / name / "matplotlibrc").write_text(settings)
         assert run_process(tmp_path / name, "check", "model.toml", "--picture", "a.png").code == 0
     assert (tmp_path / "ours" / "a.png").read_bytes() == (tmp_path / "strangers" / "a.png").read_bytes()
+
+
+COUNTING = """
+import sys
+for k in range(3):
+    print("line", k, flush=True)
+    print("x" * 100_000, file=sys.stderr)
+raise SystemExit(7)
+"""
+
+
+def test_lines_are_heard_as_they_are_written(tmp_path: Path) -> None:
+    heard: list[str] = []
+    done = run_with_lines([sys.executable, "-c", COUNTING], heard.append, cwd=tmp_path)
+    assert heard == ["line 0", "line 1", "line 2"]
+    assert done.returncode == 7
+    assert done.stdout.splitlines() == heard
+    assert len(done.stderr) > 300_000  # more than a pipe holds
+
+
+def test_a_process_whose_lines_are_refused_is_killed(tmp_path: Path) -> None:
+    waits = "print('line', flush=True)\nimport time\ntime.sleep(600)\n"
+
+    def refuse(_: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_with_lines([sys.executable, "-c", waits], refuse, cwd=tmp_path)

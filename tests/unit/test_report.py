@@ -69,6 +69,8 @@ def test_numbers_of_the_input_bear_their_units(slope):
     assert rows["friction"].endswith(" degrees")
     assert _shown(26123.25, "N/m^3") == "26123.25 N/m^3"
     assert _shown(["x", "y"]) == "x, y"
+    assert _shown([[-25.0, 15.0], [10.0, 4.5]]) == "(-25, 15), (10, 4.5)"
+    assert _shown({"centre": [0.0, 2.0], "count": 7, "load": []}) == "centre (0, 2), count 7"
 
 
 def test_the_page_needs_nothing_else(slope):

@@ -45,7 +45,7 @@ def test_the_answer_in_words(answered):
     assert "upper bound 1.453" in words
     assert "no forces within strength balance the loads" in words
     assert "block 1: 1 m2" in words
-    assert "just before, of J" in words
+    assert "at the last stable value: J" in words
     assert f"written to {out}" in " ".join(shown.replace("\n", " ").split())
 
 

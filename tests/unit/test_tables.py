@@ -43,7 +43,7 @@ def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.result
     short, long = dict(describe(falls)), dict(describe(falls, verbose=True))
     assert "weights and loads (x, y)" in short
     assert not any("factorization" in row or "residual" in row for row in short)
-    assert {"steps, factorizations", "residual: block most out of balance"} <= set(long)
+    assert {"steps, factorizations", "greatest unbalanced force of a block"} <= set(long)
     assert short["greatest displacement"].endswith("(of the blocks that stay)")
 
 
