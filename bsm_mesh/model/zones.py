@@ -13,14 +13,16 @@ from bsm_mesh.model.quantities import DILATION, ZONE_ORDER, ZONE_SIZE
 from bsm_mesh.model.values import Rules, plain_numbers
 
 if TYPE_CHECKING:
+    from bsm_mesh.model.materials import Rock
     from bsm_mesh.model.model import Model
 
 ZoneLaw = Literal["elastic", "mohr_coulomb"]
+ZoneDisplacement = Literal["small", "large"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zones:
-    """Triangles that the blocks of a rock are divided into, so that they deform; displacements are small.
+    """Triangles that the blocks of a rock are divided into, so that they deform.
 
     Attributes
     ----------
@@ -33,6 +35,9 @@ class Zones:
         (0 where they are not given).
     dilation : float [degrees]
         Dilation angle of rock that yields, the friction angle at most.
+    displacement : {"small", "large"}
+        Whether forces act where blocks were given (``"small"``), or blocks turn by any angle, and forces with them
+        (``"large"``). All rocks with zones have the same.
 
     Examples
     --------
@@ -45,11 +50,13 @@ class Zones:
     order: Annotated[int, ZONE_ORDER] = 2
     law: ZoneLaw = "elastic"
     dilation: Annotated[float, DILATION] = 0.0
+    displacement: ZoneDisplacement = "small"
 
     def __post_init__(self) -> None:
         rules = Rules("zones")
         rules.numbers(self)
         rules.choice("law", self.law, get_args(ZoneLaw))
+        rules.choice("displacement", self.displacement, get_args(ZoneDisplacement))
         raise_faults(rules.faults)
         if self.dilation and self.law == "elastic":
             raise_faults([f'zones: dilation = {self.dilation:g} is of rock that yields; give law = "mohr_coulomb"'])
@@ -73,6 +80,13 @@ def zone_order(model: Model) -> int:
     """Return the order of the zones: rocks in use have one."""
     used = {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
     return next(rock.zones.order for rock in model.rocks if rock.zones is not None and rock.name in used)
+
+
+def large_zones(model: Model) -> bool:
+    """Return whether the zones of a model are in large displacement: rocks in use are all alike."""
+    used = {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
+    zoned = (rock.zones for rock in model.rocks if rock.zones is not None and rock.name in used)
+    return next((zones.displacement == "large" for zones in zoned), False)
 
 
 def zones_in_space(model: Model) -> list[str]:
@@ -108,4 +122,23 @@ def zone_faults(model: Model) -> list[str]:
         for stage in model.stages
         if stage.shaking is not None
     ]
-    return faults
+    kinds = {rock.zones.displacement for rock in zoned if rock.zones is not None}
+    if len(kinds) > 1:
+        faults.append('zones: some rocks have displacement = "large" and others "small"; give all of them the same')
+    return faults + (_large_faults(model, zoned) if "large" in kinds else [])
+
+
+def _large_faults(model: Model, zoned: list[Rock]) -> list[str]:
+    """Return one sentence for every part of a model that zones in large displacement do not know."""
+    known = {
+        "water": model.water is not None or any(stage.water is not None for stage in model.stages),
+        "bolts": bool(model.bolts),
+        "blocks put back (fill)": any(stage.fill for stage in model.stages),
+        'contact_points = "gauss"': model.contact_points == "gauss",
+        **{f"rock '{rock.name}' that yields (law = \"{rock.zones.law}\")": rock.yields for rock in zoned if rock.zones},
+    }
+    return [
+        f'zones with displacement = "large" know no {name}; give "small", or leave that out'
+        for name, there in known.items()
+        if there
+    ]

@@ -140,19 +140,28 @@ def _excess(residual: Any, rounding: Any) -> Any:
 
 def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
     """Return the overlapping area less the closure of the contacts times their length, over the size squared."""
+    evidence = stage.evidence
+    closure = float((np.maximum(-stage.contacts.opening, 0.0) * stage.contacts.length).sum())
+    if evidence is not None and evidence.outline is not None and evidence.outline_offsets is not None:
+        corners, offsets = evidence.outline - evidence.outline[0], evidence.outline_offsets
+    else:
+        corners, offsets = _placed_corners(blocks, stage), blocks.offsets
+    from bsm_mesh.results.shared_area import shared_area  # compiled code: not before it is needed
+
+    there = np.repeat(stage.present, np.diff(offsets))
+    starts = np.concatenate([[0], np.cumsum(np.diff(offsets)[stage.present])]).astype(np.int32)
+    return (shared_area(corners[there], starts) - closure) / float(np.median(blocks.moments.area))
+
+
+def _placed_corners(blocks: Blocks, stage: StageResult) -> FloatArray:
+    """Return the corners of rigid blocks at the end of a stage, (n_vertices, 2) [m], from the first centroid."""
     owner, centroid = blocks.owner, blocks.moments.centroid
     x, y = (blocks.vertices - centroid[owner]).T
     u, v, turn = (stage.origin + stage.displacement)[owner].T
     cosine, sine = np.cos(turn), np.sin(turn)
     centre = (centroid - centroid[0])[owner]  # near the origin, that rounding is of the model's size
-    corners = centre + np.stack([u + cosine * x - sine * y, v + sine * x + cosine * y], axis=1)
-    from bsm_mesh.results.shared_area import shared_area  # compiled code: not before it is needed
-
-    there = stage.present[owner]
-    offsets = np.concatenate([[0], np.cumsum(np.diff(blocks.offsets)[stage.present])]).astype(np.int32)
-    shared = shared_area(corners[there], offsets)
-    closure = float((np.maximum(-stage.contacts.opening, 0.0) * stage.contacts.length).sum())
-    return (shared - closure) / float(np.median(blocks.moments.area))
+    corners: FloatArray = centre + np.stack([u + cosine * x - sine * y, v + sine * x + cosine * y], axis=1)
+    return corners
 
 
 def block_residuals(results: Results, stage: StageResult) -> FloatArray:

@@ -84,6 +84,10 @@ class Evidence(Portable):
         Faces of polyhedra with a pressure of their own.
     water_face_pressure : (p,) float64 or None [Pa]
         That pressure.
+    outline : (q, 2) float64 or None [m]
+        Corners of the blocks as they deformed, block after block; None: blocks have their given shapes.
+    outline_offsets : (n + 1,) int32 or None
+        Where those of each block begin.
     velocity : (n, 3) float64 or None [sqrt(m), sqrt(m), rad / sqrt(m)]
         Of blocks that are followed: its square is twice the height of a free fall to it.
     """
@@ -116,6 +120,8 @@ class Evidence(Portable):
     closed_at: FloatArray | None = None
     dilation: FloatArray | None = None
     water_plane: FloatArray | None = None
+    outline: FloatArray | None = None
+    outline_offsets: IntArray | None = None
     water_face: IntArray | None = None
     water_face_pressure: FloatArray | None = None
 

@@ -41,6 +41,18 @@ def placed(a: Arrays, position: Any) -> Any:
     return a["centroid"][owner] + position[owner, :2] + turned
 
 
+def shapes(a: Arrays) -> Arrays:
+    """Return corners of the blocks as they are, the next corner of each, and where those of every block begin.
+
+    Blocks that deformed have outlines of their own.
+    """
+    if "outline" not in a:
+        return {"corner": placed(a, a["position"]), "following": a["following"], "offsets": a["offsets"]}
+    following = np.arange(1, len(a["outline"]) + 1)
+    following[a["outline_offsets"][1:] - 1] = a["outline_offsets"][:-1]
+    return {"corner": a["outline"], "following": following, "offsets": a["outline_offsets"]}
+
+
 def edges_of(a: Arrays, block: Any) -> tuple[Any, Any]:
     """Return the edges of blocks (k,), one after the other, and the row of the block that each belongs to."""
     count = np.diff(a["offsets"])[block]

@@ -20,12 +20,10 @@ def overlap(a: Arrays) -> tuple[str, list[str]]:
     """
     if a["present"].sum() > MAX_PAIRED:
         return "whether blocks overlap is not checked here in so large a model", []
-    x, y = (a["vertices"] - a["centroid"][a["owner"]]).T
-    turn = a["position"][a["owner"], 2]
-    cosine, sine = np.cos(turn), np.sin(turn)
-    corner = (a["at"] - a["at"][0])[a["owner"]] + np.column_stack([cosine * x - sine * y, sine * x + cosine * y])
-    one, other = pairs_of_edges(corner, a)
-    edges = [(*corner[k].T, *corner[a["following"][k]].T) for k in (one, other)]
+    shape = a["shape"]
+    corner = shape["corner"] - a["at"][0]
+    one, other = pairs_of_edges(corner, shape["offsets"], a["present"])
+    edges = [(*corner[k].T, *corner[shape["following"][k]].T) for k in (one, other)]
     left = np.maximum(*(np.minimum(x, u) for x, _, u, _ in edges))
     width = np.minimum(*(np.maximum(x, u) for x, _, u, _ in edges)) - left
     edges, left, width = [tuple(v[width > 0] for v in edge) for edge in edges], left[width > 0], width[width > 0]
@@ -47,16 +45,16 @@ def mean_of_lower(begin: Any, end: Any, mean: Any) -> Any:
     return mean + below
 
 
-def pairs_of_edges(corner: Any, a: Arrays) -> tuple[Any, Any]:
+def pairs_of_edges(corner: Any, offsets: Any, present: Any) -> tuple[Any, Any]:
     """Return the edges (k,) of one and of the other block of all pairs of blocks whose boxes meet."""
-    low, high = (bound.reduceat(corner, a["offsets"][:-1], axis=0) for bound in (np.minimum, np.maximum))
-    meet = a["present"][:, None] & a["present"][None, :]
+    low, high = (bound.reduceat(corner, offsets[:-1], axis=0) for bound in (np.minimum, np.maximum))
+    meet = present[:, None] & present[None, :]
     for axis in range(2):
         meet &= (low[:, None, axis] <= high[None, :, axis]) & (high[:, None, axis] >= low[None, :, axis])
     first, second = np.nonzero(np.triu(meet, 1))
-    sides = np.diff(a["offsets"])
+    sides = np.diff(offsets)
     count = sides[first] * sides[second]
     pair = np.repeat(np.arange(len(first)), count)
     within = np.arange(len(pair)) - (np.cumsum(count) - count)[pair]
     across = sides[second][pair]
-    return a["offsets"][first][pair] + within // across, a["offsets"][second][pair] + within % across
+    return offsets[first][pair] + within // across, offsets[second][pair] + within % across

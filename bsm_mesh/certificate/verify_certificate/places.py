@@ -6,25 +6,26 @@ from typing import Any
 
 import numpy as np
 
-from .geometry import AGREES, Arrays, cross, edges_of, placed, size_of
+from .geometry import AGREES, Arrays, cross, edges_of, moments, placed, size_of
 
 TOUCHING = 2e-3  # of a block's size, beyond the opening: runs let contacts act across a thousandth of the mean size
 TURNED = 1e-6  # of a normal from its edge's
+DEFORMED = 0.05  # of its area and its size: strains of rock are small, and blocks bend no more
 LONGER = 2e-2  # by how much a contact may represent more than its edge
 
 
-def distances(a: Arrays, corner: Any, block: Any, point: Any) -> tuple[Any, Any, Any]:
+def distances(shape: Arrays, block: Any, point: Any) -> tuple[Any, Any, Any]:
     """Return distances of points (k, 2) from all edges of their blocks (k,), the edges, and the points' rows."""
-    edge, row = edges_of(a, block)
-    start = corner[edge]
-    along = corner[a["following"][edge]] - start
+    edge, row = edges_of(shape, block)
+    start = shape["corner"][edge]
+    along = shape["corner"][shape["following"][edge]] - start
     part = np.clip(((point[row] - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
     return np.hypot(*(point[row] - start - part[:, None] * along).T), edge, row
 
 
-def normals(a: Arrays, corner: Any, edge: Any) -> Any:
+def normals(shape: Arrays, edge: Any) -> Any:
     """Return the outward unit normals of edges (k,), (k, 2)."""
-    along = corner[a["following"][edge]] - corner[edge]
+    along = shape["corner"][shape["following"][edge]] - shape["corner"][edge]
     return np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
 
 
@@ -33,20 +34,21 @@ def place_faults(a: Arrays) -> list[str]:
     bears = np.flatnonzero((a["contact_normal_force"] != 0) | (a["contact_shear_force"] != 0))
     if not len(bears):
         return []
-    corner = placed(a, a["position"])
+    shape = a["shape"]
     point, normal = a["contact_point"][bears], a["contact_normal"][bears]
     reach = TOUCHING * size_of(a) + np.abs(a["contact_opening"][bears])
-    away, _, row = distances(a, corner, a["contact_block_a"][bears], point)
+    away, _, row = distances(shape, a["contact_block_a"][bears], point)
     off_a = np.ones(len(bears), dtype=bool)
     off_a[row[away <= reach[row]]] = False
-    away, edge, row = distances(a, corner, a["contact_block_b"][bears], point)
+    away, edge, row = distances(shape, a["contact_block_b"][bears], point)
     near = away <= reach[row]
     off_b = np.ones(len(bears), dtype=bool)
     off_b[row[near]] = False
-    along = near & (np.hypot(*(normals(a, corner, edge) - normal[row]).T) <= TURNED)
+    along = near & (np.hypot(*(normals(shape, edge) - normal[row]).T) <= TURNED)
     turned = np.ones(len(bears), dtype=bool)
     turned[row[along]] = False
-    longest = np.maximum.reduceat(np.hypot(*(corner[a["following"]] - corner).T), a["offsets"][:-1])
+    given = placed(a, np.zeros_like(a["position"]))
+    longest = np.maximum.reduceat(np.hypot(*(given[a["following"]] - given).T), a["offsets"][:-1])
     longest = np.maximum(*(longest[a[f"contact_block_{side}"][bears]] for side in "ab"))  # a corner may have two faces
     short = ~(a["contact_length"][bears] <= (1 + LONGER) * longest)
     same = a["contact_block_a"][bears] == a["contact_block_b"][bears]
@@ -58,6 +60,17 @@ def place_faults(a: Arrays) -> list[str]:
         (short, "represents more than any edge of its blocks"),
     )
     return [f"contact {bears[int(bad.argmax())]} {text}" for bad, text in tests if bad.any()]
+
+
+def shape_faults(a: Arrays) -> list[str]:
+    """Return which blocks that deformed have another area, or another place, than blocks of their size and movement."""
+    if "outline" not in a:
+        return []
+    found = moments(a["outline"], a["outline_offsets"])
+    off = np.abs(found["area"] / a["area"] - 1) * a["present"]
+    away = np.hypot(*(found["centroid"] - a["at"]).T) / np.sqrt(a["area"]) * a["present"]
+    tests = ((off, "another area than its given one"), (away, "another place than its movement says"))
+    return [f"block {int(bad.argmax())}: its outline has {text}" for bad, text in tests if not bad.max() <= DEFORMED]
 
 
 def support_faults(a: Arrays, reference: float) -> list[str]:

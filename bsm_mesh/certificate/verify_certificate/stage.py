@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from .balance import reaction_faults, residuals
-from .geometry import AGREES, Arrays, moments
+from .geometry import AGREES, Arrays, moments, shapes
 from .given import given_faults, given_text
 from .mechanism import proved
 from .model_file import GivenFiles
 from .overlap import overlap
-from .places import place_faults, support_faults
+from .places import place_faults, shape_faults, support_faults
 from .space import forces_in_space, is_in_space, with_moments
 from .stability import falling
 from .strength import own_laws, strength_faults
@@ -48,6 +48,7 @@ def measured(arrays: Arrays) -> Arrays:
         return with_moments(arrays)
     a = {**arrays, **moments(arrays["vertices"], arrays["offsets"])}
     a["at"] = a["centroid"] + a["position"][:, :2]
+    a["shape"] = shapes(a)
     return a
 
 
@@ -68,7 +69,7 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
     residual, rounding = residuals(a, stage["reference_weight"])
     reference = stage["reference_weight"]
     faults = reaction_faults(a, reference) + given_faults(a, reference) + support_faults(a, reference)
-    faults += place_faults(a) if stage["ground"] == "equilibrium" else []
+    faults += shape_faults(a) + place_faults(a) if stage["ground"] == "equilibrium" else []
     faults += [] if linear else strength_faults(stage, a)
     faults += [] if small else stiffness_faults(a)
     if stage["ground"] == "best state":

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water_pressure import WaterLoad
@@ -18,13 +17,13 @@ def external_loads(model: Model) -> FloatArray:
     blocks = model.blocks
     total = WaterLoad(model).on_blocks(blocks.vertices, blocks.moments.centroid)
     total[:, :2] += model.gravity_forces
-    return total + force_sums(point_forces_of(model.acting_loads, blocks), blocks)
+    return total + force_sums(point_forces_of(model.acting_loads, blocks), blocks.moments.centroid)
 
 
-def force_sums(forces: PointForces, blocks: Blocks) -> FloatArray:
-    """Return the sum of forces at points on every block, (n, 3): Fx, Fy, moment about the centroid."""
-    total = np.zeros((blocks.count, 3))
-    arm = forces.point - blocks.moments.centroid[forces.block]
+def force_sums(forces: PointForces, centroid: FloatArray) -> FloatArray:
+    """Return the sum of forces at points on every block, (n, 3): Fx, Fy, moment about its centroid, (n, 2) [m]."""
+    total = np.zeros((len(centroid), 3))
+    arm = forces.point - centroid[forces.block]
     moment = arm[:, 0] * forces.force[:, 1] - arm[:, 1] * forces.force[:, 0]
     np.add.at(total, forces.block, np.column_stack([forces.force, moment]))
     return total

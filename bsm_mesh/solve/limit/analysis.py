@@ -108,7 +108,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: s
     chosen = None
     if live is not None:
         forces = point_forces_of(model.replace(loads=chosen_loads).acting_loads, model.blocks)
-        chosen = force_sums(part.acting(forces), part.model.blocks)
+        chosen = force_sums(part.acting(forces), part.model.blocks.moments.centroid)
         if not chosen.any():
             raise ModelError(f"limit analysis: the chosen loads are zero in {named_stage(name)}")
     found = _analysed(part.model, chosen)

@@ -27,7 +27,7 @@ from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.interfaces import Interfaces, interfaces_between, opened, shared_pieces
 from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints
-from bsm_mesh.solve.zones.loads import load_vector
+from bsm_mesh.solve.zones.loads import load_vector, weightless
 from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization
 from bsm_mesh.solve.zones.placed_points import joint_points
 from bsm_mesh.solve.zones.supports import nodal_unknowns, support_rows
@@ -104,7 +104,7 @@ class Apart:
         if interfaces is not None and interfaces.joint.size:
             is_open = np.isin(one, interfaces.pieces[:, 0])
             between = interfaces_between(mesh, interfaces.pieces, interfaces.joint)
-            joints = joint_points(model, mesh, between, own, elements.order)
+            joints = joint_points(model, mesh, between, own, elements)
         bolts = EmbeddedBolts.of(model, mesh, own, straight=True) if model.bolts else None
         return cls(
             model=model,
@@ -173,7 +173,9 @@ class Apart:
         if self.joints is not None and history is not None:
             between = present[self.joints.block].all(axis=1)
             found = found + self.joints.opening_rows.T @ (history.water * between)
-        left = (water.load.on_blocks(blocks.vertices, blocks.moments.centroid) - self.sums(found)) * present[:, None]
+        left = (
+            water.load.on_blocks(blocks.vertices, blocks.moments.centroid) - self.sums(found, *self._as_given)
+        ) * present[:, None]
         block, arm = np.arange(blocks.count, dtype=np.int32), np.zeros((blocks.count, 2))
         arm[:, 0] = blocks.moments.gyration
         turning = np.stack([np.zeros(blocks.count), left[:, 2] / (2 * arm[:, 0])], axis=1)
@@ -183,16 +185,24 @@ class Apart:
             point=np.concatenate([centroid, centroid + arm, centroid - arm]),
             force=np.concatenate([left[:, :2], turning, -turning]),
         )
-        weightless = model.replace(rocks=[replace(rock, unit_weight=0.0) for rock in model.rocks])
-        return load_vector(weightless, self.mesh, self.basis, [forces], present)
+        return load_vector(weightless(model), self.mesh, self.basis, [forces], present)
 
-    def sums(self, forces: FloatArray) -> FloatArray:
-        """Return the sums of forces at nodes (M,) [N/m] on every block, (n, 3): Fx, Fy, moment about the centroid."""
-        nodes = nodal_unknowns(self.basis)
-        acting = np.flatnonzero(forces[nodes].any(axis=1))
-        point = self.basis.doflocs[:, nodes[acting, 0]].T
-        nodal = PointForces(block=self.node_block[acting], point=point, force=forces[nodes[acting]])
-        return force_sums(nodal, self.model.blocks)
+    @property
+    def _as_given(self) -> tuple[FloatArray, FloatArray]:
+        return self.basis.doflocs[:, nodal_unknowns(self.basis)[:, 0]].T, self.model.blocks.moments.centroid
+
+    def sums(self, forces: FloatArray, node: FloatArray, centroid: FloatArray) -> FloatArray:
+        """Return the sums of forces at nodes (M,) [N/m] on every block, (n, 3): Fx, Fy, moment about the centroid.
+
+        `node` (k, 2) and `centroid` (n, 2) are where nodes and centroids are [m].
+        """
+        return force_sums(self.nodal_forces(forces, node), centroid)
+
+    def nodal_forces(self, forces: FloatArray, node: FloatArray) -> PointForces:
+        """Return forces (M,) [N/m] that are not zero as forces at nodes, which are at (k, 2) [m]."""
+        nodal = forces[nodal_unknowns(self.basis)]
+        acting = np.flatnonzero(nodal.any(axis=1))
+        return PointForces(block=self.node_block[acting], point=node[acting], force=nodal[acting])
 
     def out_of_balance(self, end: StageEnd) -> FloatArray:
         """Return what supports and faces of whole rock have to balance in every block, (M,) [N/m]."""
@@ -202,12 +212,16 @@ class Apart:
         for fill in end.fills:
             filled = fill.blocks[self.node_block][self._node_of_dof]
             u = u - filled * fill.u[self.merged_dof]
-        internal = end.rock.forces(on, u, self.basis.element_dofs, size)
-        given = end.without_strain(block)
-        if given is not None:
-            internal = internal + forces_of_stress(self.basis, given)
+        if end.large is not None:
+            rock, dofs = end.large.rock, self.basis.element_dofs
+            internal = rock.forces(rock.at(u, dofs), dofs, size)
+        else:
+            internal = end.rock.forces(on, u, self.basis.element_dofs, size)
+            given = end.without_strain(block)
+            if given is not None:
+                internal = internal + forces_of_stress(self.basis, given)
         if self.joints is not None and end.at.state is not None and end.history is not None:
-            internal = internal + self.joints.forces(end.at.state, end.history)
+            internal = internal + self.joints.forces(u, end.at.state, end.history)
         if self.bolts is not None and end.bolts is not None and end.at.bolts is not None:
             internal = internal - replace(end.bolts, rows=self.bolts.rows).forces(end.at.bolts)
         return end.load - self.held_back(end) - internal
@@ -235,7 +249,7 @@ class Apart:
         np.add.at(found, unknowns[node], size[:, None] * direction)
         return found
 
-    def ties(self, end: StageEnd, left: FloatArray) -> ContactForces:
+    def ties(self, end: StageEnd, left: FloatArray, node: FloatArray) -> ContactForces:
         """Return the forces between blocks where they are one piece of rock, as contacts at the nodes of their faces.
 
         Parameters
@@ -244,6 +258,8 @@ class Apart:
             Which blocks are there.
         left : (M,) float64 [N/m]
             Unbalanced forces and reactions.
+        node : (k, 2) float64 [m]
+            Where the nodes are.
         """
         mesh, count = self.mesh, self.mesh.mesh.p.shape[1]
         owner = mesh.block[mesh.mesh.f2t[0, mesh.piece_facet]]
@@ -258,7 +274,7 @@ class Apart:
         first, second = (np.stack(side, axis=1).ravel() for side in zip(*nodes, strict=True))  # piece after piece
         unknowns = nodal_unknowns(self.basis)
         flow = _flows(first, second, left[unknowns])
-        start, finish = (mesh.mesh.p[:, ends[one, k]].T for k in (0, 1))
+        start, finish = (node[ends[one, k]] for k in (0, 1))
         along = finish - start
         length = np.hypot(*along.T)
         tangent = along / np.maximum(length, np.finfo(float).tiny)[:, None]
@@ -267,7 +283,7 @@ class Apart:
         return ContactForces(
             block_a=np.repeat(owner[other], len(weight)),
             block_b=np.repeat(owner[one], len(weight)),
-            point=self.basis.doflocs[:, unknowns[first, 0]].T.copy(),
+            point=node[first],
             normal=normal,
             length=(length[:, None] * weight).ravel(),
             normal_force=(flow * normal).sum(axis=1),

@@ -29,6 +29,7 @@ from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState, remember
 from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.plastic_rock import PlasticRock, PlasticState
 from bsm_mesh.solve.zones.system import HINGED, FreeUnknowns
 from bsm_mesh.solve.zones.tangents import Tangents
@@ -73,6 +74,8 @@ class Equations:
         Of rock and joints on the free unknowns.
     size : float [m]
         Of a block, the median.
+    large : LargeBlocks or None
+        The rock in large displacement; None: forces act where blocks were given.
     """
 
     stiffness: Any
@@ -84,13 +87,14 @@ class Equations:
     plastic: PlasticRock | None
     tangents: Tangents
     size: float
+    large: LargeBlocks | None = None
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
         """Return the unbalanced force at displacements u (N,)."""
-        internal, state = self.stiffness @ u, None
+        internal, state = self.stiffness @ u if self.large is None else self.large.forces(u), None
         if self.joints is not None and self.history is not None:
             state = self.joints.evaluate(u, self.history, friction_at)
-            internal = internal + self.joints.forces(state, self.history)
+            internal = internal + self.joints.forces(u, state, self.history)
         bolts = None if self.bolts is None else self.bolts.evaluate(u)
         if self.bolts is not None and bolts is not None:
             internal = internal - self.bolts.forces(bolts)
@@ -115,6 +119,8 @@ class Equations:
         points = None
         if self.joints is not None and self.history is not None and at.state is not None:
             points = self.joints.stiffness(at.state, self.history, OPEN_STIFFNESS, regularization)
+        if self.large is not None:
+            return self.large.tangent(at.u, self.joints, at.state, points, 1 + regularization)
         softer = None
         if self.plastic is not None and at.plastic is not None and at.plastic.yields.any():
             softer = self.plastic.softer(at.plastic)
@@ -122,17 +128,24 @@ class Equations:
 
     def allowed(self, correction: FloatArray) -> float:
         """Return the part of a correction (N,) that small displacements of the joints' sides allow, at most 1."""
+        part = 1.0 if self.large is None else self.large.allowed(correction)
         if self.joints is None or self.history is None or self.are_linear:
-            return 1.0
-        rows = self.joints.opening_rows, self.joints.slip_rows
-        moved = max(float((np.abs(of @ correction) * self.history.present).max(initial=0.0)) for of in rows)
-        return min(1.0, FARTHEST * self.size / moved) if moved else 1.0
+            return part
+        moved = self.joints.moved(correction, self.history.present)
+        return min(part, FARTHEST * self.size / moved) if moved else part
 
-    def elastic(self) -> Any:
+    def moved(self, u: FloatArray, correction: FloatArray) -> FloatArray:
+        """Return displacements u (N,) after a correction (N,)."""
+        return u + correction if self.large is None else self.large.moved(u, correction)
+
+    def elastic(self, at: Iterate) -> Any:
         """Return the stiffness (free, free) with all joints closed and sticking."""
-        if self.joints is None or self.history is None:
-            return self.tangents.at(None)
-        return self.tangents.at(self.joints.elastic_stiffness(self.history))
+        points = None
+        if self.joints is not None and self.history is not None:
+            points = self.joints.elastic_stiffness(self.history)
+        if self.large is not None:
+            return self.large.tangent(at.u, self.joints, at.state, points)
+        return self.tangents.at(points)
 
     def _with_bolts(self, A: Any, at: Iterate) -> Any:
         if self.bolts is None or at.bolts is None:
@@ -154,7 +167,7 @@ class Equations:
     def are_linear(self) -> bool:
         """Whether one correction solves them."""
         bolts = self.bolts is None or self.bolts.elastic is not None
-        return bolts and self.plastic is None and (self.joints is None or self.joints.are_linear)
+        return bolts and self.large is None and self.plastic is None and (self.joints is None or self.joints.are_linear)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -237,8 +250,8 @@ def _tied(equations: Equations, at: Iterate) -> Iterate:
     misses = np.abs(equations.free.misfit(at.u)).max(initial=0.0) > 0
     if (at.state is None or not at.state.touching.any()) and not misses:
         return at
-    correction, multipliers = equations.free.solve(equations.elastic(), at.residual, at.u)
-    return equations.at(at.u + correction, multipliers)
+    correction, multipliers = equations.free.solve(equations.elastic(at), at.residual, at.u)
+    return equations.at(equations.moved(at.u, correction), multipliers)
 
 
 def _newton(equations: Equations, at: Iterate) -> Iterate:
@@ -279,7 +292,9 @@ def _shortened(
     allowed = equations.allowed(correction)
     tried, decrease = [], Decrease(most, ENOUGH)
     for part in (allowed * part for part in parts):
-        new = equations.at(at.u + part * correction, at.multipliers + part * (multipliers - at.multipliers))
+        new = equations.at(
+            equations.moved(at.u, part * correction), at.multipliers + part * (multipliers - at.multipliers)
+        )
         tried.append((new, part))
         if decrease.reached(new.norm, part):
             break
@@ -310,7 +325,7 @@ def _line_minimum(
     low, high, part = 0.0, np.inf, 1.0
     new = now
     for _ in range(8):
-        new = equations.at(now.u + part * correction, multipliers, pressure)
+        new = equations.at(equations.moved(now.u, part * correction), multipliers, pressure)
         work = float(along @ new.left)
         if abs(work) < 0.1 * abs(first):
             break

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
@@ -12,6 +14,7 @@ from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces
 from bsm_mesh.solve.algebra.loads import given_of
+from bsm_mesh.solve.zones.placement import Placement, outline_of
 from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.stages import Continuum
 
@@ -24,8 +27,10 @@ def evidence_of(
     water: WaterLoad,
     bars: Bars,
     weight: FloatArray,
+    place: Placement,
 ) -> Evidence:
     """Return the evidence: laws and springs of joints; whole rock neither slips nor opens."""
+    assert of.apart is not None
     joints, history, state = of.joints, end.history, end.at.state
     m = len(contacts.length)
     laws: tuple[JointLaw, ...] = (Elastic(),)
@@ -58,4 +63,15 @@ def evidence_of(
         bolt_pair=np.zeros((0, 2), np.int32),
         bolt_tangent=np.zeros((0, 3, 3)),
         **bar_rows(bars, bars.point),
+        **({} if end.large is None else _of_shapes(of, end, forces, place)),
     )
+
+
+def _of_shapes(of: Continuum, end: StageEnd, forces: PointForces, place: Placement) -> dict[str, Any]:
+    """Return the fields that describe blocks as they deformed, and how loads turn them further."""
+    assert of.apart is not None
+    turning = np.zeros((len(end.present), 3, 3))
+    arm = forces.point - place.centroid[forces.block]
+    np.add.at(turning[:, 2, 2], forces.block, (arm * forces.force).sum(axis=1))
+    outline, offsets = outline_of(of.apart.mesh, place.node)
+    return {"load_stiffness": turning, "outline": outline, "outline_offsets": offsets}

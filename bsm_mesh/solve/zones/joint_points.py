@@ -158,7 +158,8 @@ class JointPoints:
         With `friction_at` (q,) [N/m] shear strengths are those at these pressures: the forces are then the gradient of
         a convex energy.
         """
-        opening, slip = self.opening_rows @ u - history.offset, self.slip_rows @ u
+        opening, slip = self.relative(u)
+        opening = opening - history.offset
         springs = self._springs(opening, slip - history.slip, history, friction_at)
         trial = springs.old_shear + springs.stiffness * (slip - history.slip)
         lift, slope, more = self._lift(opening, trial, history, springs, slides=friction_at is None)
@@ -288,8 +289,17 @@ class JointPoints:
                 values[rows] = getattr(answer, name)
         return found
 
-    def forces(self, state: JointState, history: JointHistory) -> FloatArray:
-        """Return the points' part of the internal forces, (N,) [N/m]."""
+    def relative(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return opening and slip (q,) [m] at displacements u (N,)."""
+        return self.opening_rows @ u, self.slip_rows @ u
+
+    def moved(self, correction: FloatArray, present: BoolArray) -> float:
+        """Return how far a correction (N,) opens or shears points that are there (q,), at most [m]."""
+        rows = self.opening_rows, self.slip_rows
+        return max(float((np.abs(of @ correction) * present).max(initial=0.0)) for of in rows)
+
+    def forces(self, u: FloatArray, state: JointState, history: JointHistory) -> FloatArray:
+        """Return the points' part of the internal forces at displacements u (N,), (N,) [N/m]."""
         normal = state.pressure + history.water * history.present
         forces: FloatArray = self.slip_rows.T @ state.shear - self.opening_rows.T @ normal
         return forces

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,11 @@ def load_vector(
         if not isinstance(load, PointLoad | PointForces):
             forces = forces + _traction_forces(load, model, mesh, basis, present)
     return forces
+
+
+def weightless(model: Model) -> Model:
+    """Return a model whose rocks weigh nothing."""
+    return model.replace(rocks=[replace(rock, unit_weight=0.0) for rock in model.rocks])
 
 
 def pressure_on_new_faces(

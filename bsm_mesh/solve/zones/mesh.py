@@ -35,6 +35,8 @@ class Discretization:
         Whether bolts are elastic about their pretension, as in the linear scheme; else they slip, slacken and yield.
     refinements : int
         How often every side of the elements, and with them of the interfaces, is halved.
+    large : bool
+        Whether displacements are large: forces act where blocks are, and turn with them.
     mesher : Mesher or None
         Meshes the inside of the blocks; None: as `build_continuum_mesh` says.
 
@@ -49,6 +51,7 @@ class Discretization:
     rock_breaks: bool = False
     elastic_bolts: bool = False
     refinements: int = 0
+    large: bool = False
     mesher: Mesher | None = None
 
     def __post_init__(self) -> None:

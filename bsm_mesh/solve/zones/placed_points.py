@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.dilation import Dilating
 from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.interfaces import Interfaces
 from bsm_mesh.solve.zones.joint_points import JointPoints
-from bsm_mesh.solve.zones.mesh import ContinuumMesh
+from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization
+from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.rock_faces import (
     interface_closures,
     interface_curves,
@@ -27,6 +28,7 @@ from bsm_mesh.solve.zones.rock_faces import (
     interface_laws,
     interface_tensions,
 )
+from bsm_mesh.solve.zones.supports import nodal_unknowns
 
 Rule = tuple[FloatArray, FloatArray]
 """Places and weights along a side of length 1."""
@@ -37,7 +39,9 @@ SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
 TIED = 1e4  # of the softer rock's stiffness over the length of a point: represents rock that is whole
 
 
-def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
+def joint_points(
+    model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, elements: Discretization
+) -> JointPoints:
     """Return the points of all interfaces of a mesh that is opened along its joints.
 
     Parameters
@@ -50,12 +54,12 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
         Of that mesh.
     basis : skfem.CellBasis
         Of the vector-valued element.
-    order : {1, 2}
-        Of the element.
+    elements : Discretization
+        Order of the elements, and whether displacements are large.
     """
     import skfem
 
-    rule = SIMPSON if order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
+    rule = SIMPSON if elements.order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
     first, second = (
         skfem.FacetBasis(mesh.mesh, basis.elem, facets=interfaces.facet[:, side], quadrature=rule) for side in (0, 1)
     )
@@ -71,7 +75,7 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
     block = np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1)
     softer = nominal_constants(model).stiffness.max(axis=(1, 2))[block].min(axis=1)
     stiffness[tied] = (TIED * softer / length)[tied, None]
-    return JointPoints(
+    points = JointPoints(
         point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
         normal=normal.T.copy(),
         length=length,
@@ -90,6 +94,22 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
         slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),
         at_ends=rule is ENDS,
     )
+    if not elements.large:
+        return points
+    nodes = nodal_unknowns(basis)
+    place = basis.doflocs[:, nodes[:, 0]].T
+    return MovingPoints.of(points, _opposite_nodes(mesh, interfaces, elements.order), nodes, place)
+
+
+def _opposite_nodes(mesh: ContinuumMesh, interfaces: Interfaces, order: int) -> IntArray:
+    """Return for every point the node of the second side, that of the first, and the ends of its piece, (q, 4)."""
+    first, second = (mesh.mesh.facets[:, interfaces.facet[:, side]] for side in (0, 1))
+    columns = [(second[end], first[end], *first) for end in (0, 1)]
+    if order == 2:
+        middles = (mesh.mesh.p.shape[1] + interfaces.facet[:, side] for side in (1, 0))
+        columns.insert(1, (*middles, *first))
+    nodes: IntArray = np.stack([np.stack(column, axis=1) for column in columns], axis=1).reshape(-1, 4)
+    return nodes
 
 
 def _traces(basis: Any) -> tuple[Any, Any]:

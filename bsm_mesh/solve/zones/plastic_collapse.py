@@ -46,7 +46,9 @@ def plastic_collapse(equations: Equations, at: Iterate, start: FloatArray) -> fl
         return None
     distance = distance_left(equations, at, start)
     try:
-        elastic = equations.free.solve(equations.elastic(), equations.at(start, equations.free.none).residual, start)[0]
+        elastic = equations.free.solve(equations.elastic(at), equations.at(start, equations.free.none).residual, start)[
+            0
+        ]
     except ModelError:  # a matrix that cannot be factorized shows nothing
         return None
     least = max(MOVED * equations.size, ELASTIC * float(np.abs(elastic).max(initial=0.0)))

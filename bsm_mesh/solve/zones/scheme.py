@@ -12,7 +12,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
-from bsm_mesh.model.zones import zone_order
+from bsm_mesh.model.zones import large_zones, zone_order
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 from bsm_mesh.solve.stages.scheme import Watchers
@@ -46,7 +46,7 @@ def zoned(model: Model, options: Options) -> Continuum:
         faults.append(f"linear_solver = '{options.linear_solver}' does not solve zones; take 'auto' or '{SOLVER}'")
     raise_faults(faults)
     breaks = any(rock.has_strength for rock in model.rocks)
-    elements = Discretization(order=zone_order(model), joints=True, rock_breaks=breaks)
+    elements = Discretization(order=zone_order(model), joints=True, rock_breaks=breaks, large=large_zones(model))
     return Continuum(model, elements, mesh=zone_mesh(model))
 
 
@@ -75,11 +75,12 @@ class ZoneStages:
         If the model cannot be analysed.
     """
 
-    name, linear_solver = "zones", SOLVER
+    linear_solver = SOLVER
 
     def __init__(self, model: Model, options: Options, watchers: Watchers) -> None:
         self._model, self._tolerance, self._watchers = model, options.tolerance, watchers
         self._began = time.perf_counter()
+        self.name = "large zones" if large_zones(model) else "zones"
         self._continuum = zoned(model, options)
         self._run = StageRun(self._continuum, nominal_constants(model).stiffness[self._continuum.mesh.block])
 

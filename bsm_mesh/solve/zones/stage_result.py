@@ -9,22 +9,24 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord, SupportForces
 from bsm_mesh.results.zones import ZoneResult
-from bsm_mesh.solve.algebra.constraints import build_constraints
+from bsm_mesh.solve.algebra.constraints import constrain_bars
 from bsm_mesh.solve.algebra.loads import force_sums, mean_force, reference_weight, relative_residual
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.zones.collapse import falling_blocks
 from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
+from bsm_mesh.solve.zones.large_limits import parted
+from bsm_mesh.solve.zones.large_loads import joined, moved_loads
+from bsm_mesh.solve.zones.placement import Placement
 from bsm_mesh.solve.zones.small_displacements import moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, movement, stage_solution
 from bsm_mesh.solve.zones.stages import Continuum
-from bsm_mesh.solve.zones.supports import nodal_unknowns
 
 NO_EQUILIBRIUM = (
     "no equilibrium was found in the zones, which allow small displacements only; leave zones out to see whether "
@@ -67,19 +69,20 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
     """
     found = stage_solution(of, end, "", before.seconds, ())
     out_of_balance, reactions = _at_nodes(of, end)
-    contacts = _contacts(of, end, out_of_balance + reactions)
-    bars, supports, held = _supports(of, end, reactions)
+    place = Placement.of(of, end)
+    contacts = _contacts(of, end, out_of_balance + reactions, place)
+    bars, supports, held = _supports(of, end, reactions, place)
     forces, water = (
-        _point_forces(of, end),
+        _point_forces(of, end, place),
         WaterLoad(end.model.replace(water=None if end.water is None else end.water.load.water, stages=(), bolts=())),
     )
     blocks, here = of.model.blocks, end.present[:, None]
     on_blocks = water.on_blocks(blocks.vertices, blocks.moments.centroid) * here
     weight = end.model.gravity_forces * here
-    loads = on_blocks + force_sums(forces, blocks)
+    loads = on_blocks + force_sums(forces, place.centroid)
     loads[:, :2] += weight
     bolts = _bolts(found.bolts)
-    residual = loads + held + _of_contacts(contacts, blocks.moments.centroid) + _of_bolts(bolts, of.model)
+    residual = loads + held + _of_contacts(contacts, place.centroid) + _of_bolts(bolts, of.model)
     reference = _reference(end, loads, forces, contacts, bolts, before.reference)
     relative = relative_residual(of.model, residual * here, reference)
     position = _position(of, end, found)
@@ -106,7 +109,7 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         residual=relative,
         reference_weight=reference,
         steps=(_step_record(end, found, relative, before.seconds, number),),
-        evidence=evidence_of(of, end, contacts, forces, water, bars, weight),
+        evidence=evidence_of(of, end, contacts, forces, water, bars, weight, place),
         zones=_zones(of, found, end),
     )
 
@@ -117,39 +120,40 @@ def _at_nodes(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
     return of.apart.out_of_balance(end), of.apart.reactions(end)
 
 
-def _contacts(of: Continuum, end: StageEnd, left: FloatArray) -> ContactForces:
+def _contacts(of: Continuum, end: StageEnd, left: FloatArray, place: Placement) -> ContactForces:
     """Return the forces at the points of joints, then those of whole rock."""
     assert of.apart is not None
-    parts = contacts_of(of.joints, end, with_rock=True), of.apart.ties(end, left)
+    parts = contacts_of(of.joints, end, with_rock=True), of.apart.ties(end, left, place.node)
     columns = {field.name: [getattr(part, field.name) for part in parts] for field in fields(ContactForces)}
     return ContactForces(**{name: np.concatenate(values) for name, values in columns.items()})
 
 
-def _supports(of: Continuum, end: StageEnd, reactions: FloatArray) -> tuple[Bars, SupportForces, FloatArray]:
+def _supports(
+    of: Continuum, end: StageEnd, reactions: FloatArray, place: Placement
+) -> tuple[Bars, SupportForces, FloatArray]:
     """Return the bars of blocks that are there, the forces at supports, and their sums on every block (n, 3)."""
     assert of.apart is not None
-    held = of.apart.sums(reactions)
-    constraints = build_constraints(of.model)
-    every = constraints.bars
-    arm = every.point - of.model.blocks.moments.centroid[every.block]
+    held = of.apart.sums(reactions, place.node, place.centroid)
+    every = bars_of(of.model.supports, of.model.blocks)
+    point = place.bars(of, every)
+    arm = point - place.centroid[every.block]
+    constraints = constrain_bars(of.model, every, arm, np.zeros(len(every.block)), conflicts=False)
     size = bar_forces(constraints, held, arm, np.zeros(len(every.block)))
     rows = np.flatnonzero(end.present[every.block])
     bars = Bars(**{field.name: getattr(every, field.name)[rows] for field in fields(Bars)})
-    return bars, support_forces(bars, bars.point, size[rows]), held
+    supports = support_forces(bars, point[rows], size[rows])
+    return replace(bars, point=point[rows]), supports, held
 
 
-def _point_forces(of: Continuum, end: StageEnd) -> PointForces:
+def _point_forces(of: Continuum, end: StageEnd, place: Placement) -> PointForces:
     """Return loads, pressures on new faces, and excavation forces that are held back, as forces at points."""
     assert of.apart is not None
+    if end.large is not None:
+        return moved_loads(of, end, place, movement(of, end.u)[:, 2])
     given = point_forces_of(end.acting, of.model.blocks)
-    nodes = nodal_unknowns(of.apart.basis)
-    nodal = (end.pressures - of.apart.held_back(end))[nodes]
-    acting = np.flatnonzero(nodal.any(axis=1))
-    block = np.concatenate([given.block, of.apart.node_block[acting]])
-    point = np.concatenate([given.point, of.apart.basis.doflocs[:, nodes[acting, 0]].T])
-    force = np.concatenate([given.force, nodal[acting]])
-    here = end.present[block]
-    return PointForces(block=block[here].astype(np.int32), point=point[here], force=force[here])
+    forces = joined(given, of.apart.nodal_forces(end.pressures - of.apart.held_back(end), place.node))
+    here = end.present[forces.block]
+    return PointForces(block=forces.block[here], point=forces.point[here], force=forces.force[here])
 
 
 def _bolts(bolts: BoltForces) -> BoltForces:
@@ -174,7 +178,7 @@ def _of_contacts(contacts: ContactForces, centroid: FloatArray) -> FloatArray:
 
 def _of_bolts(bolts: BoltForces, model: Model) -> FloatArray:
     block, point, force = bolts.on_blocks()
-    return force_sums(PointForces(block=block, point=point, force=force), model.blocks)
+    return force_sums(PointForces(block=block, point=point, force=force), model.blocks.moments.centroid)
 
 
 def _reference(
@@ -227,7 +231,10 @@ def _verdict(
         )
     if not found.converged:
         return Status.NOT_CONVERGED, NO_EQUILIBRIUM
-    if far := moved_far(of.model, position, end.present):
+    if end.large is not None:
+        if far := parted(of, end):
+            return Status.NOT_CONVERGED, far
+    elif far := moved_far(of.model, position, end.present):
         return Status.NOT_CONVERGED, f"block {far}: zones know no larger ones; leave zones out to follow blocks"
     if not residual <= tolerance:
         return Status.NOT_CONVERGED, f"a block is out of balance by {residual:.1e} of the reference weight"

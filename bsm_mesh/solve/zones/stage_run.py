@@ -16,6 +16,8 @@ from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
 from bsm_mesh.solve.zones.fills import Fill
 from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stress, pore_water, seepage_forces
 from bsm_mesh.solve.zones.joint_points import slip_path_after
+from bsm_mesh.solve.zones.large_blocks import LargeBlocks
+from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
@@ -183,6 +185,7 @@ class StageRun:
             model=state.model,
             rock=self.rock,
             plastic=equations.plastic,
+            large=equations.large,
             unknowns=equations.free.free.size,
             solutions=equations.free.solutions,
         )
@@ -258,7 +261,8 @@ class StageRun:
             filled = on & fill.blocks[of.mesh.block]
             load = load + self.rock.of(filled) @ fill.u
             virgin &= ~filled
-        if self.initial_stress is not None:
+        large = of.discretization.large
+        if self.initial_stress is not None and not large:
             load = load - forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
         held = held_displacements(of.model, of.mesh, of.basis, of.averages, present)
         idle = np.ones(of.basis.N, dtype=bool)
@@ -278,7 +282,14 @@ class StageRun:
             plastic=self._plastic(present, virgin),
             tangents=Tangents(stiffness, opening, slip, free),
             size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
+            large=self._large(on, free) if large else None,
         )
+
+    def _large(self, on: BoolArray, free: FreeUnknowns) -> LargeBlocks:
+        """Return the rock of cells that are there (t,) in large displacement."""
+        of = self.of
+        rock = LargeRock.of(of.basis, self.stiffness, on, self.initial_stress)
+        return LargeBlocks.of(rock, of.basis, of.mesh.block, on, free)
 
     def _plastic(self, present: BoolArray, virgin: BoolArray) -> PlasticRock | None:
         """Return the rock that yields; its cells that are `virgin` (t,) have the in-situ stress."""

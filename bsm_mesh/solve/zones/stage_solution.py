@@ -19,6 +19,8 @@ from bsm_mesh.solve.zones.fills import Fill, gradient_at_fill
 from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.large_blocks import LargeBlocks
+from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.plastic_rock import PlasticRock
 from bsm_mesh.solve.zones.small_displacements import moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
@@ -78,6 +80,8 @@ class StageEnd:
         Of the cells.
     plastic : PlasticRock or None
         The rock that yields.
+    large : LargeBlocks or None
+        The rock in large displacement.
     unknowns : int
         Number of displacement components that were solved for.
     solutions : int
@@ -105,6 +109,7 @@ class StageEnd:
     model: Model
     rock: RockStiffness
     plastic: PlasticRock | None
+    large: LargeBlocks | None
     unknowns: int
     solutions: int
 
@@ -126,22 +131,22 @@ def stage_solution(
 ) -> ContinuumSolution:
     """Return a stage averaged over the blocks."""
     basis, block = of.basis, of.mesh.block
-    stress = _total_stress(of, end)
+    stress, area = _total_stress(of, end)
     cells, points = vtk_cells(basis)
     node_dofs = nodal_unknowns(basis)
     moved = end.u - end.origin
-    displacement = movement(of, moved)
+    displacement = movement(of, end.u) - movement(of, end.origin)
     for fill in end.fills:
         displacement = np.where(fill.blocks[:, None], movement(of, end.u - fill.u), displacement)
     may_slide = of.joints is not None and not of.joints.are_linear
-    ran_away = may_slide and moved_far(of.model, displacement, end.present, RUNAWAY)
+    ran_away = may_slide and end.large is None and moved_far(of.model, displacement, end.present, RUNAWAY)
     total_load = end.load[nodal_unknowns(of.loaded[1])].sum(axis=0)
     return ContinuumSolution(
         name=end.name,
         converged=end.converged and not ran_away,
         elasticity=elasticity,
         present=end.present,
-        stress=over_blocks(stress, basis.dx.sum(axis=1), block, of.model.blocks.moments.area),
+        stress=over_blocks(stress, area, block, np.maximum(np.bincount(block, area), np.finfo(float).tiny)),
         displacement=displacement * end.present[:, None],
         contacts=contacts_of(of.joints, end),
         bolts=_bolts(of, end),
@@ -159,16 +164,27 @@ def stage_solution(
 
 
 def movement(of: Continuum, u: FloatArray) -> FloatArray:
-    """Return the blocks' average displacement and rotation under displacements u (N,), (n, 3) [m, m, rad]."""
-    gradient = mean_gradient(of.basis, u)
-    spin = (gradient[:, 1, 0] - gradient[:, 0, 1]) / 2
-    turned = over_blocks(spin, of.basis.dx.sum(axis=1), of.mesh.block, of.model.blocks.moments.area)
+    """Return the blocks' average displacement and rotation under displacements u (N,), (n, 3) [m, m, rad].
+
+    Large rotations, from -pi to pi, are those of the polar decomposition of the mean deformation gradient.
+    """
+    area = of.basis.dx.sum(axis=1), of.mesh.block, of.model.blocks.moments.area
+    gradient = over_blocks(mean_gradient(of.basis, u), *area)
+    twice = gradient[:, 1, 0] - gradient[:, 0, 1]
+    stretch = 2 + gradient[:, 0, 0] + gradient[:, 1, 1]
+    turned = np.arctan2(twice, stretch) if of.discretization.large else twice / 2
     return np.column_stack([*(part @ u for part in of.averages), turned])
 
 
-def _total_stress(of: Continuum, end: StageEnd) -> FloatArray:
-    """Return the average total stress of every cell, (t, 2, 2) [Pa]; zero where there is none."""
+def _total_stress(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
+    """Return the average total stress of every cell, (t, 2, 2) [Pa], and its area (t,) [m2]; zero where there is none.
+
+    In large displacement they are those of the cell as it is.
+    """
     basis, block = of.basis, of.mesh.block
+    if end.large is not None:
+        cells = end.large.rock.at(end.u, basis.element_dofs)
+        return end.large.rock.stress(cells), end.large.rock.area(cells)
     stress = stress_of(mean_gradient(basis, end.u) - gradient_at_fill(end.fills, basis, block), end.stiffness)
     area = basis.dx.sum(axis=1)
     given = end.without_strain(block)
@@ -177,7 +193,7 @@ def _total_stress(of: Continuum, end: StageEnd) -> FloatArray:
         stress = stress + np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
     if end.water is not None:
         stress = stress - ((end.water.pressure * basis.dx).sum(axis=1) / area)[:, None, None] * np.eye(2)
-    return stress * end.present[block][:, None, None]
+    return stress * end.present[block][:, None, None], area
 
 
 def _bolts(of: Continuum, end: StageEnd) -> BoltForces:
@@ -200,11 +216,14 @@ def contacts_of(joints: JointPoints | None, end: StageEnd, *, with_rock: bool = 
     with np.errstate(divide="ignore", invalid="ignore"):
         utilisation = np.where(np.isfinite(strength) & (strength > 0), np.abs(state.shear) / strength, 0.0)
     water = np.zeros(len(joints.length)) if end.water is None else end.water.at_joints
+    point, normal = joints.point, joints.normal
+    if isinstance(joints, MovingPoints):
+        point, (normal, _) = joints.placed(end.u), joints.frames(end.u)
     return ContactForces(
         block_a=joints.block[on, 1],
         block_b=joints.block[on, 0],
-        point=joints.point[on],
-        normal=joints.normal[on],
+        point=point[on],
+        normal=normal[on],
         length=joints.length[on],
         normal_force=-state.pressure[on],
         shear_force=state.shear[on],

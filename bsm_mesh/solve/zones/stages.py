@@ -77,7 +77,7 @@ class Continuum:
         self.facets = np.zeros((0, 2), dtype=np.int32)
         self.ties = np.zeros((2, 0), dtype=np.int32)
         if interfaces is not None and interfaces.joint.size:
-            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order)
+            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
         self.apart = None if mesh is None else Apart.of(model, whole, interfaces, self.basis, discretization)
