@@ -32,12 +32,14 @@ from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.plastic_rock import PlasticRock, PlasticState
 from bsm_mesh.solve.zones.system import HINGED, FreeUnknowns
-from bsm_mesh.solve.zones.tangents import Tangents
+from bsm_mesh.solve.zones.tangents import PointStiffness, Tangents
 
 BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
 ROUNDING = 10 * np.finfo(float).eps  # of the greatest stiffness times the greatest displacement
 MOST_ROUNDING = 1e-6  # of the greatest force: where rounding may leave more, nothing shows what is in balance
 MAX_ITERATIONS = 150  # corrections for one equilibrium before it counts as not found
+WHOLE = 30  # corrections that are not shortened, of blocks that bend
+NEUTRAL = 1e-3  # of a node's load over a block's size: a negative stiffness up to it counts as none
 MAX_FROZEN = 4  # times that friction is frozen before the state counts as not found
 FROZEN_ITERATIONS = 25  # corrections with friction frozen, a convex problem
 OPEN_STIFFNESS = 1e-9  # left to open and slipping points, so that a block without contacts makes no singular matrix
@@ -147,6 +149,22 @@ class Equations:
             return self.large.tangent(at.u, self.joints, at.state, points)
         return self.tangents.at(points)
 
+    def leaves(self, at: Iterate) -> bool:
+        """Return whether blocks in large displacement leave an equilibrium by the least disturbance.
+
+        Slipping points keep their shear force and carry no more.
+        """
+        if self.large is None:
+            return False
+        points = None
+        if at.state is not None:
+            none = np.zeros_like(at.state.pressure)
+            normal = np.where(at.state.closed, at.state.normal_stiffness, 0.0)
+            points = PointStiffness(normal, np.where(at.state.sticking, at.state.springs.stiffness, 0.0), none, none)
+        A = self.large.tangent(at.u, self.joints, at.state, points)
+        mean = float(np.abs(self.load).sum()) / max(1, len(self.load))
+        return self.large.leaves(A, NEUTRAL / self.size * mean)
+
     def _with_bolts(self, A: Any, at: Iterate) -> Any:
         if self.bolts is None or at.bolts is None:
             return A
@@ -240,7 +258,7 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
         solved = _shortened(equations, at, 0.0, at.norm, (1.0,))[0]
         at = replace(solved, scale=max(at.scale, solved.scale))  # a motion as a whole leaves no force to compare with
     else:
-        at = _newton(equations, _tied(equations, at))
+        at = _newton(equations, _bent(equations, _tied(equations, at)))
     free.refuse_misfit(at.u)
     return at, at.is_balanced
 
@@ -254,6 +272,26 @@ def _tied(equations: Equations, at: Iterate) -> Iterate:
     return equations.at(equations.moved(at.u, correction), multipliers)
 
 
+def _bent(equations: Equations, at: Iterate) -> Iterate:
+    """Return the state after whole corrections of blocks in large displacement, or the given one where they fail.
+
+    A correction that bends a slab stretches it by half the square of the angle. So the residual rises by far more than
+    the loads, and falls with the next correction, which shortened ones would never come to.
+    """
+    best = now = at
+    for _ in range(0 if equations.large is None else WHOLE):
+        if now.is_balanced:
+            break
+        try:
+            now = _shortened(equations, now, 0.0, np.inf, (1.0,))[0]
+        except ModelError:  # a block came off its neighbours
+            break
+        if not np.isfinite(now.norm):
+            break
+        best = min(best, now, key=lambda one: one.norm)
+    return best
+
+
 def _newton(equations: Equations, at: Iterate) -> Iterate:
     regularization, frozen = 0.0, 0
     recent = deque([at.norm], RECENT)
@@ -261,7 +299,12 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
         if at.is_balanced:
             break
         most = max(recent)
-        new, part = _shortened(equations, at, regularization, most)
+        try:
+            new, part = _shortened(equations, at, regularization, most)
+        except ModelError:
+            if equations.large is None:
+                raise
+            break  # a block came off its neighbours, or is about to leave an equilibrium
         if new.norm < most * (1 - 1e-3):
             regularization = _relieved(regularization, part)
             at = new
@@ -269,7 +312,7 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
             continue
         regularization = max(10 * regularization, FIRST_REGULARIZATION)
         if regularization > (MAX_REGULARIZATION if equations.plastic is None else 1):  # 1: as stiff as elastic rock
-            if frozen == MAX_FROZEN or at.state is None:
+            if frozen == MAX_FROZEN or at.state is None or equations.large is not None:  # no energy is convex then
                 break
             frozen, regularization = frozen + 1, 0.0
             at = _with_frozen_friction(equations, at)

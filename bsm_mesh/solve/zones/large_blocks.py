@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.solve.zones.joint_history import JointState
@@ -16,7 +18,7 @@ from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.system import FreeUnknowns
 from bsm_mesh.solve.zones.tangents import PointStiffness
 
-NO_TURN = 1e-12  # rad: with less a block turns about no centre
+NO_TURN = 1e-12  # rad: with less a piece of rock turns about no centre
 MOST_TURNING = 0.2  # gradient of a correction's displacements: by how much it may turn or strain a cell
 
 
@@ -33,9 +35,9 @@ class LargeBlocks:
     free : FreeUnknowns
         Those left by the supports.
     node : (k, 2) int32
-        Unknowns of the nodes of blocks that turn freely, block after block.
-    turns : (k,) int32
-        Number of the block of each, from 0.
+        Unknowns of the nodes of pieces of rock that turn freely.
+    piece : (k,) int32
+        Number of the piece of each, from 0: blocks that share nodes are one.
     place : (k, 2) float64 [m]
         Where it was given.
     """
@@ -44,21 +46,24 @@ class LargeBlocks:
     dofs: IntArray
     free: FreeUnknowns
     node: IntArray
-    turns: IntArray
+    piece: IntArray
     place: FloatArray
 
     @classmethod
-    def of(cls, rock: LargeRock, basis: Any, block: IntArray, on: BoolArray, free: FreeUnknowns) -> LargeBlocks:
-        """Return the blocks of cells (t,) that are there; blocks with two held nodes or more do not turn."""
+    def of(cls, rock: LargeRock, basis: Any, on: BoolArray, free: FreeUnknowns) -> LargeBlocks:
+        """Return the blocks of cells (t,) that are there; pieces of rock with two held nodes or more do not turn."""
         dofs = basis.element_dofs
-        pairs = np.unique(np.stack([np.tile(block, len(dofs) // 2), dofs[::2].ravel(), dofs[1::2].ravel()]), axis=1)
-        pairs = pairs[:, np.isin(pairs[0], block[on])]
-        held = free.supports.held[pairs[1:]].any(axis=0)
-        turning = np.bincount(pairs[0], held, minlength=int(block.max()) + 1)[pairs[0]] < 2
-        number, x, y = pairs[:, turning]
-        turns = np.unique(number, return_inverse=True)[1].reshape(-1).astype(np.int32)
-        place = np.stack([basis.doflocs[0, x], basis.doflocs[1, y]], axis=1)
-        return cls(rock=rock, dofs=dofs, free=free, node=np.stack([x, y], axis=1), turns=turns, place=place)
+        together = dofs[:, on]  # each cell ties its first unknown to all its others
+        pairs = np.tile(together[0], len(together)), together.ravel()
+        graph = sp.coo_matrix((np.ones(len(pairs[0]), np.int8), pairs), shape=(basis.N, basis.N))
+        piece = connected_components(graph, directed=False)[1]
+        node = np.unique(np.stack([together[::2].ravel(), together[1::2].ravel()], axis=1), axis=0)
+        piece = piece[node[:, 0]]
+        held = free.supports.held[node].any(axis=1)
+        turning = np.bincount(piece, held)[piece] < 2
+        node, number = node[turning], np.unique(piece[turning], return_inverse=True)[1]
+        place = np.stack([basis.doflocs[axis, node[:, axis]] for axis in (0, 1)], axis=1)
+        return cls(rock=rock, dofs=dofs, free=free, node=node, piece=number.reshape(-1), place=place)
 
     def forces(self, u: FloatArray) -> FloatArray:
         """Return the internal forces of the rock at displacements u (N,), (N,) [N/m]."""
@@ -83,38 +88,55 @@ class LargeBlocks:
         values = np.concatenate([of.ravel() for of in entries])
         return self.free.reduced_matrix(sp.csr_matrix((values, (rows, columns)), shape=(len(u), len(u))))
 
+    def leaves(self, A: Any, weight: float) -> bool:
+        """Return whether blocks leave an equilibrium by the least disturbance: its stiffness is not positive.
+
+        Parameters
+        ----------
+        A : sparse (free, free) [Pa]
+            The tangent, symmetric.
+        weight : float [N/m2]
+            Force over displacement, of a node, up to which a negative stiffness counts as none.
+        """
+        rows = self.free.rows
+        if rows.shape[0]:
+            scale = float(A.diagonal().max()) / float(rows.multiply(rows).sum(axis=1).max())
+            A = A + scale * (rows.T @ rows)
+        size = A.shape[0]
+        # Without exchange of rows the pivots have the signs of the eigenvalues (Sylvester).
+        options = {"SymmetricMode": True}
+        shifted = sp.csc_matrix(A + weight * sp.identity(size))
+        try:
+            factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        except RuntimeError:  # singular
+            return True
+        return bool((factors.U.diagonal() <= 0).any())
+
     def allowed(self, correction: FloatArray) -> float:
         """Return the part of a correction (N,) that turns and strains no cell too much, at most 1."""
         turned = self.rock.greatest_gradient(correction, self.dofs)
         return min(1.0, MOST_TURNING / turned) if turned else 1.0
 
     def moved(self, u: FloatArray, correction: FloatArray) -> FloatArray:
-        """Return displacements u (N,) after a correction, which turns every block about its instant centre.
+        """Return displacements u (N,) after a correction, which turns pieces of rock about their instant centres.
 
-        A sum alone would strain blocks by half the square of the angle. That would be more stress than all loads cause,
+        A sum alone would strain them by half the square of the angle. That would be more stress than all loads cause,
         and the line search would shorten every correction to that.
         """
-        count = np.maximum(np.bincount(self.turns), 1)
+        count = np.maximum(np.bincount(self.piece), 1)
 
         def mean(values: FloatArray) -> FloatArray:
-            return np.stack([np.bincount(self.turns, column) for column in values.T], axis=1) / count[:, None]
+            return np.stack([np.bincount(self.piece, column) for column in values.T], axis=1) / count[:, None]
 
         moved, where = correction[self.node], self.place + u[self.node]
         shift = mean(moved)
-        arm, rest = where - mean(where)[self.turns], moved - shift[self.turns]
-        turning = np.bincount(self.turns, arm[:, 0] * rest[:, 1] - arm[:, 1] * rest[:, 0])
-        angle = turning / np.maximum(np.bincount(self.turns, (arm**2).sum(axis=1)), np.finfo(float).tiny)
-        turns = np.abs(angle) > NO_TURN
-        versed, lag = -2 * np.sin(angle / 2) ** 2, np.sin(angle) - angle  # cos - 1, sin - angle
-
-        def turned(vectors: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
-            x, y = vectors.T
-            return np.stack([along * x - across * y, along * y + across * x], axis=1)
-
-        # About the instant centre c + z x d / angle: arms are x - c - z x d / angle.
-        centre = np.stack([-shift[:, 1], shift[:, 0]], axis=1) / np.where(turns, angle, np.inf)[:, None]
-        more = turned(arm - centre[self.turns], versed[self.turns], lag[self.turns])
-        found, sharing = np.zeros_like(u), np.zeros(len(u))
-        np.add.at(found, self.node, more)
-        np.add.at(sharing, self.node, 1.0)
-        return self.free.fulfilled(u + correction + found / np.maximum(sharing, 1.0))
+        arm, rest = where - mean(where)[self.piece], moved - shift[self.piece]
+        turning = np.bincount(self.piece, arm[:, 0] * rest[:, 1] - arm[:, 1] * rest[:, 0])
+        angle = turning / np.maximum(np.bincount(self.piece, (arm**2).sum(axis=1)), np.finfo(float).tiny)
+        to_centre = np.stack([-shift[:, 1], shift[:, 0]], axis=1)
+        to_centre /= np.where(np.abs(angle) > NO_TURN, angle, np.inf)[:, None]
+        x, y = (arm - to_centre[self.piece]).T
+        versed, lag = (-2 * np.sin(angle / 2) ** 2)[self.piece], (np.sin(angle) - angle)[self.piece]
+        changed = u + correction
+        changed[self.node] += np.stack([versed * x - lag * y, versed * y + lag * x], axis=1)
+        return self.free.fulfilled(changed)

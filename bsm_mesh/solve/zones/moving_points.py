@@ -1,8 +1,9 @@
 """Points of joints that turn with the blocks: opening and slip in large displacement.
 
-A point is a node s of the second side. Opposite lies the node m of the first side, on a piece of it from a to b. With r = x_s - x_m and e = x_b - x_a opening and slip are ``r . n`` and ``r . t``, where t is the direction of e, and n
-its normal out of the first side. So slip is between points of the material: a side that shortens has not slipped. Both
-are the same in all frames that turn, and the forces balance in force and moment: they act at the node s.
+A point is a node s of the second side. Opposite lies the node m of the first side, on a side of a zone from node a to
+node b. With r = x_s - x_m and e = x_b - x_a opening and slip are ``r . n`` and ``r . t``, where t is the direction of
+e, and n its normal out of the first side. So slip is between points of the material: a side that shortens has not
+slipped. Both are the same in all frames that turn, and the forces balance in force and moment: they act at the node s.
 """
 
 from __future__ import annotations

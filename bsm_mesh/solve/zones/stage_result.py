@@ -32,6 +32,11 @@ NO_EQUILIBRIUM = (
     "no equilibrium was found in the zones, which allow small displacements only; leave zones out to see whether "
     "blocks fall"
 )
+NO_LARGE_EQUILIBRIUM = "no equilibrium was found in the zones; leave zones out to see whether blocks fall"
+LEAVES = (
+    "the equilibrium in the zones is unstable: blocks buckle or topple by the least disturbance, and zones do not follow "
+    "them; leave zones out to see whether blocks fall"
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -230,8 +235,10 @@ def _verdict(
             f"rock yields without end: no equilibrium was found, and any needs displacements above {end.collapse:.3g} m"
         )
     if not found.converged:
-        return Status.NOT_CONVERGED, NO_EQUILIBRIUM
+        return Status.NOT_CONVERGED, NO_EQUILIBRIUM if end.large is None else NO_LARGE_EQUILIBRIUM
     if end.large is not None:
+        if end.leaves:
+            return Status.NOT_CONVERGED, LEAVES
         if far := parted(of, end):
             return Status.NOT_CONVERGED, far
     elif far := moved_far(of.model, position, end.present):

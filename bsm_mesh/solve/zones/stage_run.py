@@ -186,6 +186,7 @@ class StageRun:
             rock=self.rock,
             plastic=equations.plastic,
             large=equations.large,
+            leaves=converged and equations.leaves(at),
             unknowns=equations.free.free.size,
             solutions=equations.free.solutions,
         )
@@ -289,7 +290,7 @@ class StageRun:
         """Return the rock of cells that are there (t,) in large displacement."""
         of = self.of
         rock = LargeRock.of(of.basis, self.stiffness, on, self.initial_stress)
-        return LargeBlocks.of(rock, of.basis, of.mesh.block, on, free)
+        return LargeBlocks.of(rock, of.basis, on, free)
 
     def _plastic(self, present: BoolArray, virgin: BoolArray) -> PlasticRock | None:
         """Return the rock that yields; its cells that are `virgin` (t,) have the in-situ stress."""

@@ -82,6 +82,8 @@ class StageEnd:
         The rock that yields.
     large : LargeBlocks or None
         The rock in large displacement.
+    leaves : bool
+        Whether the equilibrium is unstable.
     unknowns : int
         Number of displacement components that were solved for.
     solutions : int
@@ -110,6 +112,7 @@ class StageEnd:
     rock: RockStiffness
     plastic: PlasticRock | None
     large: LargeBlocks | None
+    leaves: bool
     unknowns: int
     solutions: int
 

@@ -1,0 +1,60 @@
+"""Zones in large displacement and closed forms: ``python -m benchmarks.large_zones --into docs/zones.md``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+import bsm_mesh as bsm
+from benchmarks.pages import add_into, tell
+from examples.numbers.pages import markdown
+from tests.scenes import large_zones as scenes
+from tests.scenes.arch import arch
+
+COMMAND = "python -m benchmarks.large_zones"
+HEADER = ("zones in large displacement", "closed form or rigid blocks", "found")
+PARTS = (0.98, 0.99, 1.01, 1.02)  # of the critical load
+
+
+def rows() -> list[tuple[str, ...]]:
+    """Return the lines of the table."""
+    lines: list[tuple[str, ...]] = []
+    for alpha in (1.0, 4.0):
+        exact, found = scenes.elastica_exact(alpha), scenes.elastica(alpha)[1]
+        for name, one, other in zip(("deflection", "shortening"), exact, found, strict=True):
+            case = f"cantilever, P L^2 / (E I) = {alpha:g}, L = 20 H: {name} of the tip over L"
+            lines.append((case, f"{one:.4f}", f"{other:.4f}"))
+    held = [part for part in PARTS if scenes.pressed(part).status == "stable"]
+    left = min(part for part in PARTS if part not in held)
+    lines.append(("column: buckling load over Euler's, with shear", "1", f"stable at {max(held):g}, not at {left:g}"))
+    for thickness in (0.3, 0.2, 0.12):
+        rigid, zoned = _arch(thickness)
+        case = f"arch of 11 stones, {thickness:g} m thick, E = 1e13 Pa: crown, mm"
+        lines.append((case, f"{rigid:.5f}", f"{zoned:.5f}"))
+    return lines
+
+
+def _arch(thickness: float) -> tuple[float, float]:
+    """Return by how much the crown of an arch moves up [mm]: of rigid blocks, and of zones in stiff rock."""
+    model = arch(11, thickness, 40.0)
+    zones = bsm.Zones(order=1, displacement="large")
+    stiff = model.replace(rocks=[replace(model.rocks[0], young=1e13, poisson=0.2, zones=zones)])
+    rigid, zoned = (1e3 * float(bsm.run(each).stages[0].displacement[5, 1]) for each in (model, stiff))
+    assert np.isfinite((rigid, zoned)).all()
+    return rigid, zoned
+
+
+def main() -> int:
+    """Solve the cases, and print the table or put it into a page."""
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    add_into(parser, COMMAND)
+    given = parser.parse_args()
+    tell(markdown(HEADER, rows()), COMMAND, given.into)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
