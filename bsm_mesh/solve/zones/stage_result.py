@@ -34,8 +34,8 @@ NO_EQUILIBRIUM = (
 )
 NO_LARGE_EQUILIBRIUM = "no equilibrium was found in the zones; leave zones out to see whether blocks fall"
 LEAVES = (
-    "the equilibrium in the zones is unstable: blocks buckle or topple by the least disturbance, and zones do not follow "
-    "them; leave zones out to see whether blocks fall"
+    "the equilibrium in the zones is unstable: blocks buckle or topple by the least disturbance, and zones do not "
+    "follow them; leave zones out to see whether blocks fall"
 )
 
 
