@@ -77,10 +77,7 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
     place = Placement.of(of, end)
     contacts = _contacts(of, end, out_of_balance + reactions, place)
     bars, supports, held = _supports(of, end, reactions, place)
-    forces, water = (
-        _point_forces(of, end, place),
-        WaterLoad(end.model.replace(water=None if end.water is None else end.water.load.water, stages=(), bolts=())),
-    )
+    forces, water = _point_forces(of, end, place), _water(end)
     blocks, here = of.model.blocks, end.present[:, None]
     on_blocks = water.on_blocks(blocks.vertices, blocks.moments.centroid) * here
     weight = end.model.gravity_forces * here
@@ -117,6 +114,11 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         evidence=evidence_of(of, end, contacts, forces, water, bars, weight, place),
         zones=_zones(of, found, end),
     )
+
+
+def _water(end: StageEnd) -> WaterLoad:
+    water = None if end.water is None else end.water.load.water
+    return WaterLoad(end.model.replace(water=water, stages=(), bolts=()))
 
 
 def _at_nodes(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
