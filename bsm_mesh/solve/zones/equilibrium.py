@@ -276,7 +276,7 @@ def _bent(equations: Equations, at: Iterate) -> Iterate:
     """Return the state after whole corrections of blocks in large displacement, or the given one where they fail.
 
     A correction that bends a slab stretches it by half the square of the angle. So the residual rises by far more than
-    the loads, and falls with the next correction, which shortened ones would never come to.
+    the loads, and falls with the next correction, never reached by shortened ones.
     """
     best = now = at
     for _ in range(0 if equations.large is None else WHOLE):

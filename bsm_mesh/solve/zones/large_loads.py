@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 def moved_loads(of: Continuum, end: StageEnd, place: Placement, turn: FloatArray) -> PointForces:
     """Return loads, pressures on new faces, and excavation forces that are held back, with their exact moments.
 
-    Tractions and the like act at nodes. A load at a point is spread over its block: it is given where the block's
-    rotation `turn` (n,) [rad] brings that point, and a couple has what bending adds to its moment.
+    Tractions and the like act at nodes. A load at a point is spread over its block. It is given where the block's
+    rotation `turn` (n,) [rad] brings that point; a couple represents the moment that bending adds.
     """
     assert of.apart is not None
     apart, model = of.apart, weightless(end.model)
@@ -41,7 +41,7 @@ def moved_loads(of: Continuum, end: StageEnd, place: Placement, turn: FloatArray
 
 
 def couples(moment: FloatArray, centroid: FloatArray, gyration: FloatArray) -> PointForces:
-    """Return moments (n,) [N] on blocks as pairs of forces, a radius of gyration (n,) [m] beside their centroids."""
+    """Return moments (n,) [N] on blocks as pairs of forces, a radius of gyration (n,) [m] from their centroids."""
     block = np.flatnonzero(moment).astype(np.int32)
     arm = np.stack([gyration, np.zeros_like(gyration)], axis=1)[block]
     force = np.stack([np.zeros(len(block)), moment[block] / (2 * gyration[block])], axis=1)
