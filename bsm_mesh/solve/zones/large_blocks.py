@@ -18,7 +18,6 @@ from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.system import FreeUnknowns
 from bsm_mesh.solve.zones.tangents import PointStiffness
 
-NO_TURN = 1e-12  # rad: with less a piece of rock turns about no centre
 MOST_TURNING = 0.2  # gradient of a correction's displacements: by how much it may turn or strain a cell
 
 
@@ -134,7 +133,7 @@ class LargeBlocks:
         turning = np.bincount(self.piece, arm[:, 0] * rest[:, 1] - arm[:, 1] * rest[:, 0])
         angle = turning / np.maximum(np.bincount(self.piece, (arm**2).sum(axis=1)), np.finfo(float).tiny)
         to_centre = np.stack([-shift[:, 1], shift[:, 0]], axis=1)
-        to_centre /= np.where(np.abs(angle) > NO_TURN, angle, np.inf)[:, None]
+        to_centre /= np.where(np.abs(angle) > np.finfo(float).eps, angle, np.inf)[:, None]
         x, y = (arm - to_centre[self.piece]).T
         versed, lag = (-2 * np.sin(angle / 2) ** 2)[self.piece], (np.sin(angle) - angle)[self.piece]
         changed = u + correction
