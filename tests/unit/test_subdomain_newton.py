@@ -64,19 +64,34 @@ def test_the_equations_are_unchanged_by_what_is_solved_with_them(rest):
     assert_array_equal(step.start, start)
 
 
-@pytest.mark.parametrize("water", [None, bsm.Water(table=[(0, 6.0), (40, 1.0)])], ids=["dry", "wet"])
-def test_a_subproblem_has_the_equations_of_all_with_the_others_fixed(water):
+WET = bsm.Water(table=[(0, 6.0), (40, 1.0)])
+
+
+def symmetric(step: StepEquations, position: np.ndarray) -> StepEquations:
+    return step.static_problem_at(position, 1e-3, is_symmetric=True)
+
+
+def inertial(step: StepEquations, position: np.ndarray) -> StepEquations:
+    return step.with_inertia(1e9 * step.mass, position + 1e-7)
+
+
+@pytest.mark.parametrize(("water", "kind"), [(None, None), (WET, None), (WET, symmetric), (WET, inertial)])
+def test_a_subproblem_has_the_equations_of_all_with_the_others_fixed(water, kind):
     step, position = wall_at_rest(TOLERANCE, water=water)
+    step = step if kind is None else kind(step, position)
     moves = np.zeros(len(position), dtype=bool)
     moves[100:160] = moves[420:425] = True
     pushed = position + np.where(moves[:, None], 1e-6, 0.0)
     local = SubdomainEquations(step, moves, pushed)
+    assert vars(local).keys() >= vars(step).keys()
     here, at_all = pushed[local.blocks], step.evaluate(pushed)
     at, forces = local.evaluate(here), step.residual(pushed, at_all.forces)
     assert_array_equal(local.blocks[local.block], np.flatnonzero(moves))
     assert_array_equal(local.whole(here), pushed)
     assert_allclose(local.residual(here, at.forces)[local.block], forces[moves])
     assert_allclose(local.project(local.residual(here, at.forces)), step.project(forces)[moves])
+    if water is not None:
+        assert_array_equal(local.load_stiffness(here), step.load_stiffness(pushed)[local.blocks])
     tangents = [
         tangent_stiffness(s.contacts, a, s.pattern.place, len(s.pattern.column))
         for s, a in ((local, at), (step, at_all))

@@ -48,7 +48,8 @@ class SubdomainEquations(StepEquations):
         self.block = np.flatnonzero(moves[self.blocks])
         self.system, self.factors, self.lam = step.system, step.factors, step.lam
         self.settlement_allowance, self.supports_move = step.settlement_allowance, False
-        self.start = position[self.blocks]
+        self.is_symmetric, self.has_inertia = step.is_symmetric, step.has_inertia
+        self.anchor, self.start = step.anchor[self.blocks], position[self.blocks]
         self.regularization_reference = step.regularization_reference[self.blocks]
         self.searched = step.searched[self.blocks]
         self.mass, self.scale = step.mass[self.blocks], step.scale[self.blocks]
@@ -91,18 +92,23 @@ class SubdomainEquations(StepEquations):
         found: FloatArray = (self.system.acting_at(self.whole(position)) if constant is None else constant)[self.blocks]
         return found
 
+    def load_stiffness(self, position: FloatArray) -> FloatArray | None:
+        """Return the derivatives of minus weights, loads and water, (q, 3, 3); None: all are zero."""
+        found = super().load_stiffness(self.whole(position))
+        return None if found is None else found[self.blocks]
+
     def project(self, forces: FloatArray) -> FloatArray:
         """Project forces (q, 3) onto the free degrees of freedom of the moving blocks, (k, 3)."""
         return super().project(forces)[self.block]
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
         """Return the tangent of contacts, bolts, loads and regularisation, constrained axes eliminated."""
-        bolts, own, support, whole = self.system.bolts, self._solved, self.supports, self.whole(position)
+        bolts, own, support = self.system.bolts, self._solved, self.supports
         if len(bolts.alive):
-            bolts.add_tangent(bolts.evaluate(whole), self._bolt_places, data)
-        loads = self.system.load_stiffness(whole)
+            bolts.add_tangent(bolts.evaluate(self.whole(position)), self._bolt_places, data)
+        loads = self.load_stiffness(position)
         if loads is not None:
-            data[own.diagonal] += loads[self.blocks[self.block]]
+            data[own.diagonal] += loads[self.block]
         axis = np.arange(self.system.axes)[:, None]
         data[own.diagonal, axis, axis] += self.lam * self.mass[self.block].T
         number = support.number[self.block]
