@@ -29,6 +29,7 @@ Integrator = Literal["explicit", "implicit"]
 Series = tuple[tuple[float, ...], tuple[float, ...]]
 HOUSNER = "housner"
 HOUSNER_DASHPOTS = 2.0  # over the critical ones: a block rebounds by a twentieth of its speed, by a seventh on critical
+PART_OF_STABLE = 0.5  # of the stable time step, by default
 RICKER_PERIODS = 3.0  # length of a Ricker wavelet, over its period: at both ends it is 1e-9 of its peak
 
 
@@ -114,7 +115,7 @@ class Shaking:
     contact_damping: Annotated[float, DAMPING] | Literal["housner"] = 0.0
     mass_damping: tuple[float, float] | None = None
     integrator: Integrator = "explicit"
-    time_step: Annotated[float, PART] = 0.5
+    time_step: Annotated[float, PART] = PART_OF_STABLE
     mass_scaling: Annotated[float, MASS_SCALING] = 1.0
     max_imbalance: Annotated[float, IMBALANCE] = 0.01
 

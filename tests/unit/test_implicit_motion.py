@@ -11,8 +11,8 @@ from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.equations import StepEquations
 from tests.scenes.models import model_of
-from tests.scenes.shaken import STAGE, quake, wall
-from tests.scenes.shapes import square
+from tests.scenes.shaken import STAGE, quake, shaken, wall
+from tests.scenes.shapes import rectangle, square
 from tests.unit.test_shaken_stage import BOLT, HARD, UP, roof, wall_of
 
 IMPLICIT = replace(HARD, record=quake(5.0, 1.0), integrator="implicit", time_step=0.1)
@@ -72,6 +72,22 @@ def test_results_come_back_from_their_folder(tmp_path):
     again = bsm.Results.load(tmp_path / "out").stages[-1].shaking
     assert_array_equal(again.energy, results.stages[-1].shaking.energy)
     assert again.cycles == results.stages[-1].shaking.cycles
+
+
+@pytest.mark.heavy
+def test_it_gives_up_where_contacts_bounce():
+    """Without dashpots two bricks on soft joints chatter, and their impacts cannot balance as closely as is asked."""
+    sine = bsm.Shaking(waveform="sine", frequency=5.0, amplitude=15.0, cycles=2, every=0.05)
+    shaking = replace(sine, integrator="implicit", time_step=0.1)
+    bricks = [rectangle(-2, -1, 3, 0), rectangle(0, 0, 1, 0.5), rectangle(0.02, 0.5, 1.02, 1)]
+    asked = [shaking, replace(shaking, max_imbalance=1e-6), replace(shaking, max_imbalance=1e-6, contact_damping=0.3)]
+    good, bounces, damped = (bsm.run(shaken(bricks, one, friction=30, kn=3e6)).stages[-1] for one in asked)
+    assert good.status == "stable"
+    assert bounces.status == "not_converged"
+    assert "contacts bounce where the blocks at (" in bounces.reason
+    assert "more than the explicit integrator takes; set contact_damping" in bounces.reason
+    assert bounces.shaking.time[-1] < 0.4
+    assert "gives up" not in damped.reason
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,9 @@ References
 ----------
 Newmark 1959, J. Eng. Mech. Div. ASCE 85(3), 67-94, with beta = 1/4, gamma = 1/2. Without slip and impacts it keeps the
 energy of linear springs; closing contacts may gain some, so the balance of energies decides on the length.
+
+Where contacts bounce every event asks for shorter time steps. The integrator gives up where halving adds more of them
+within a second than the explicit integrator takes, which needs no matrix (`_gives_up`).
 """
 
 from __future__ import annotations
@@ -26,15 +29,24 @@ from math import ceil
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import place
 from bsm_mesh.model.base_motion import BaseMotion
-from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.model.shaking import PART_OF_STABLE, Shaking
 from bsm_mesh.movements import distances
-from bsm_mesh.solve.continuation.implicit_work import Instant, StepWork, damped_contacts, failed_contacts, work_of
+from bsm_mesh.solve.continuation.implicit_work import (
+    Instant,
+    StepWork,
+    damped_contacts,
+    failed_contacts,
+    restless_contact,
+    work_of,
+)
 from bsm_mesh.solve.methods.corrections import ROUNDING
 from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.motion.energy import real_masses, spring_energy
 from bsm_mesh.solve.motion.masses import projectors
 from bsm_mesh.solve.motion.real_masses import critical_dashpots
+from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
 from bsm_mesh.solve.step.attempt import Attempt, Outcome
 from bsm_mesh.solve.step.equations import Residual, StepEquations
@@ -86,13 +98,16 @@ class ImplicitMotion:
         Where blocks are, and the static residual there.
     memory : ShakingMemory
         State of the stage.
-    diverged : bool
-        Whether a time step had no solution, however short.
+    fault : str
+        Why it ended early, in words; nothing while it has not.
     """
 
     def __init__(self, step: StepEquations, shaking: Shaking, base: BaseMotion, memory: ShakingMemory) -> None:
+        explicit = ShakenMotion(step, replace(shaking, integrator="explicit", time_step=PART_OF_STABLE), base, memory)
         self._step = step.with_regularization(0.0).with_system_of_its_own()
-        self.system, self.memory, self.diverged = self._step.system, memory, False
+        self.system, self.memory, self.fault = self._step.system, replace(memory, stable=explicit.stable), ""
+        self._from = memory.time, memory.cycles
+        self._last: tuple[Instant, Instant] | None = None
         self._shaking, self._base = shaking, base
         model, fixed = self.system.model, self.system.prescribed_blocks
         self._mass = real_masses(np.where(fixed & (model.weights == 0), 1.0, model.weights), model.blocks)
@@ -125,12 +140,35 @@ class ImplicitMotion:
         return max(self._step.max_relative_movement(moved), self._step.movement(moved))
 
     @property
-    def fault(self) -> str:
-        """Why it has no solution, in words."""
-        return (
-            f"a time step of the implicit integrator has no solution after {self.memory.time:.4g} s of shaking; set "
-            "integrator = 'explicit'"
+    def diverged(self) -> bool:
+        """Whether it has a fault: a time step without a solution, however short, or too many time steps."""
+        return bool(self.fault)
+
+    def _gives_up(self) -> bool:
+        """Return whether halving has added too many time steps since the loop's step began, and say so.
+
+        The loop's step takes a second at most. Too many are more than the explicit integrator takes in a second or in
+        the stage; and more than without halving, where the explicit one's would be longer.
+        """
+        elapsed, longest, steps = self.memory.time - self._from[0], self._longest, self.memory.cycles - self._from[1]
+        if steps - elapsed / longest <= min(1.0, self._shaking.length) / min(self.memory.stable, longest):
+            return False
+        self.fault = (
+            f"the implicit integrator gives up after {self.memory.time:.4g} s of shaking: contacts bounce"
+            f"{self._where_restless()}, and energies balance only in {steps} time steps of {elapsed:.2g} s, more than "
+            "the explicit integrator takes; set contact_damping, or integrator = 'explicit'"
         )
+        return True
+
+    def _where_restless(self) -> str:
+        """Return where the blocks are whose contact changed most in the last time step tried, in words."""
+        found = None if self._last is None else restless_contact(self._last)
+        if self._last is None or found is None:
+            return ""
+        then = self._last[1]
+        blocks, placed = then.contacts.candidates, self.system.placed(then.position)
+        ends = (place(placed[number[found]]) for number in (blocks.block_a, blocks.block_b))
+        return " where the blocks at {} and {} touch".format(*ends)
 
     def go_on(self, until: float) -> None:
         """Take time steps to a time [s], or until blocks have passed each other by a step length."""
@@ -139,14 +177,17 @@ class ImplicitMotion:
 
     def _advance(self, until: float) -> None:
         """Go through a time step that ends at a time [s] or before it."""
-        memory, longest = self.memory, self._shaking.time_step * self._shaking.interval
+        memory, longest = self.memory, self._longest
         wanted = min(longest, 2 * memory.time_step) if memory.time_step > 0 else longest
         while wanted >= longest / 2 ** (SETTINGS.halvings + 1):
+            if self._gives_up():
+                return
             count = max(1, ceil((until - memory.time) / wanted * (1 - 1e-9)))
             length = (until - memory.time) / count
             now = self._now(length)
             then = self._after(now)
             if then is not None:
+                self._last = now, then
                 work = work_of(self.system, (now, then), self._shaking.drag * self._moving)
                 missing, energy = self._missing(work, now, then)
                 share = self._shaking.max_imbalance * max(length / self._shaking.length, SETTINGS.event)
@@ -154,7 +195,14 @@ class ImplicitMotion:
                     self._accept(then, work, until if count == 1 else memory.time + length)
                     return
             wanted = length / 2
-        self.diverged = True
+        self.fault = (
+            f"a time step of the implicit integrator has no solution after {memory.time:.4g} s of shaking; set "
+            "integrator = 'explicit'"
+        )
+
+    @property
+    def _longest(self) -> float:
+        return self._shaking.time_step * self._shaking.interval
 
     def _now(self, length: float) -> Instant:
         """Return the state at the begin of a time step [s]."""

@@ -63,6 +63,20 @@ class StepWork:
         return float(self.sums[0] + self.sums[1] - self.sums[2:].sum())
 
 
+def restless_contact(ends: tuple[Instant, Instant]) -> int | None:
+    """Return the contact whose force changed most in a time step, among those that open, close, stick or slip there.
+
+    The change is that of the energy of its springs; None without contacts.
+    """
+    now, then = (one.at for one in ends)
+    contacts = ends[1].contacts
+    change = np.zeros(contacts.count)
+    for name, stiffness in (("pressure", contacts.normal_stiffness), ("shear", contacts.shear_stiffness)):
+        change += np.nan_to_num(getattr(then, name) - getattr(now, name)) ** 2 / np.where(stiffness > 0, stiffness, 1.0)
+    switches = (now.closed != then.closed) | (now.sticking != then.sticking)
+    return int((change * switches if switches.any() else change).argmax()) if len(change) else None
+
+
 def damped_contacts(contacts: ContactSet, at: Evaluation, dashpot: FloatArray, length: float) -> ContactSet:
     """Return contacts with dashpots across and along the face in a time step.
 

@@ -196,8 +196,12 @@ class ShakenContinuation(Continuation):
         missed, most = imbalance_of(self.shaken.records[:, 2:]), self._shaking.max_imbalance
         if missed <= most:
             return ""
+        cure = f"give shaking a smaller time_step (now {self._shaking.time_step:g})"
+        if self._shaking.integrator == "implicit":
+            cure += ", contact_damping, or integrator = 'explicit'"
+        else:
+            cure += f" or mass_scaling (now {self._shaking.mass_scaling:g})"
         return (
             f"the energy balance of the shaking is missed by {100 * missed:.2g} % of the greatest energy (asked: "
-            f"{100 * most:g} %): give shaking a smaller time_step (now {self._shaking.time_step:g}) or mass_scaling "
-            f"(now {self._shaking.mass_scaling:g})"
+            f"{100 * most:g} %): {cure}"
         )

@@ -85,6 +85,11 @@ class ShakenMotion(ExplicitMotion):
         return f"blocks are nowhere any more after {self.memory.time:.4g} s of shaking; reduce time_step"
 
     @property
+    def stable(self) -> float:
+        """The time step with the present contacts [s]: a part of the stable one."""
+        return self._masses.stable
+
+    @property
     def settled_velocity(self) -> FloatArray:
         """Velocity (n, 3) at the present time [m/s, m/s, rad/s], not half a time step before."""
         found: FloatArray = self._at_half(self._velocity, 0.0) / self.memory.time_step
