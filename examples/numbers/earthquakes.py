@@ -17,7 +17,7 @@ from examples.numbers.pages import Table, markdown
 from examples.numbers.runs import load
 from examples.numbers.safety import starter
 from tests.scenes.models import GAMMA
-from tests.scenes.quiet import DENSITY, MODULI, column, velocities
+from tests.scenes.quiet import DENSITY, MODULI, column, reflected, velocities
 from tests.scenes.shaken import QUIET, block_on_plane, housners_swings, quake, quarter, rocking, swings, wall
 
 DAMPINGS = (0.0, 0.2, "housner")
@@ -232,6 +232,18 @@ def reflections() -> str:
     return markdown(header, rows)
 
 
+def reflections_at_angles() -> str:
+    """Return a row for every angle: what viscous dashpots send back of a plane wave, by the closed form."""
+    rows = []
+    for angle in (0, 15, 30, 45, 60, 75, 85):
+        parts = [reflected(angle, kind) for kind in ("p", "s")]
+        energies = [f"{100 * energy.sum():.1f}" for _, energy in parts]
+        heights = [f"{100 * np.abs(amplitudes[k]):.0f}" for k, (amplitudes, _) in enumerate(parts)]
+        rows.append((str(angle), energies[0], heights[0], energies[1], heights[1]))
+    header = "angle to the normal, degrees", "pressure wave: energy, %", "its height, %", "shear wave: energy, %"
+    return markdown((*header, "its height, %"), rows)
+
+
 def groundfall() -> str:
     """Return a row for every wave into a room, and damping: verdict, fallen blocks, movement of others."""
     model = load("groundfall/model")
@@ -262,6 +274,7 @@ def groundfall() -> str:
 TABLES = (
     Table(name="groundfall", page="examples/groundfall/README.md", make=groundfall, is_slow=True, tolerance=0.3),
     Table(name="quiet", page="docs/earthquakes.md", make=reflections, is_slow=True, tolerance=0.3),
+    Table(name="quiet-angles", page="docs/earthquakes.md", make=reflections_at_angles),
     Table(name="shaken-slope", page="docs/earthquakes.md", make=slope_by_damping, is_slow=True, tolerance=0.3),
     Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
     Table(name="random-rocking", page="docs/earthquakes.md", make=random_rocking, is_slow=True),

@@ -63,6 +63,48 @@ def velocities(results, name):
     return (time[1:] + time[:-1]) / 2, np.diff(moved) / np.diff(time)
 
 
+def reflected(angle, kind, *, poisson=0.25, dashpots=1.0):
+    """Return amplitudes and energies of what a plane boundary sends back of a plane wave in elastic rock.
+
+    Its dashpots are ``dashpots`` times ``rho c_p`` across and ``rho c_s`` along it (Lysmer and Kuhlemeyer 1969). A wave
+    with displacement d and slowness s has the stress ``-(lambda (d s) I + mu (d s^T + s d^T))`` times its velocity.
+    With both reflected waves that is ``-rho (c_p v_n, c_s v_t)`` at the boundary.
+
+    Parameters
+    ----------
+    angle : float [degrees]
+        Between the wave and the boundary's normal.
+    kind : {"p", "s"}
+        Of the wave.
+
+    Returns
+    -------
+    amplitudes : (2,) complex
+        Of the reflected pressure and shear wave, over that of the wave.
+    energies : (2,) float
+        Their energies over the wave's, per length of the boundary.
+    """
+    p, s = 1.0, np.sqrt((1 - 2 * poisson) / (2 - 2 * poisson))  # speeds; density 1, so mu is s^2
+    along = np.sin(np.radians(angle)) / (p if kind == "p" else s)
+    across = [np.sqrt(complex(1 / speed**2 - along**2)) for speed in (p, s)]  # beyond the critical angle it fades
+    ways = {"p": (along * p, across[0] * p), "s": (across[1] * s, -along * s)}
+
+    def pulls(moved, slowness):
+        """Return stress and dashpots' force over velocity, along and across the boundary."""
+        moved, slowness = np.array(moved), np.array(slowness)
+        spread = (p**2 - 2 * s**2) * (moved @ slowness)
+        stress = -np.array([s**2 * (moved[0] * slowness[1] + moved[1] * slowness[0]),
+                            spread + 2 * s**2 * moved[1] * slowness[1]])  # fmt: skip
+        return stress + dashpots * np.array([s, p]) * moved
+
+    comes = pulls(ways[kind], (along, across[0 if kind == "p" else 1]))
+    back = [pulls((ways["p"][0], -ways["p"][1]), (along, -across[0])),
+            pulls((ways["s"][0], -ways["s"][1]), (along, -across[1]))]  # fmt: skip
+    amplitudes = np.linalg.solve(np.column_stack(back), -comes)
+    flows = [speed**2 * one.real for speed, one in zip((p, s), across, strict=True)]
+    return amplitudes, np.abs(amplitudes) ** 2 * flows / flows[0 if kind == "p" else 1]
+
+
 def on_quiet_base(friction=40.0, amplitude=0.2, **given):
     """Return two blocks on a base of two, which a wave enters from below along x."""
     polygons = [rectangle(-3, -1, 1, 0), rectangle(1, -1, 4, 0), rectangle(0, 0, 2, 0.5), rectangle(0, 0.5, 2, 1)]
