@@ -253,7 +253,9 @@ def remove_tree(path: Path, last: str = "") -> None:
     if not os.path.lexists(path):
         return
     tell("remove", path)
-    if last and not path.is_symlink():
+    if path.is_symlink():
+        raise OSError(errno.ELOOP, "not removed, because it is a symbolic link", str(path))
+    if last:
         for entry in [entry for entry in os.scandir(path) if entry.name != last]:
             if entry.is_dir(follow_symlinks=False):
                 shutil.rmtree(entry.path)

@@ -74,7 +74,18 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "tilted_wall/tilt_28.toml": ("unstable", None, 0.25, 0.5, True),
     "tilted_wall/tilt_30.toml": ("unstable", None, 0.25, 0.5, False),
 }
-HEAVY = ("staged_tunnel/model.toml", "toppling_column/steeper.toml")
+HEAVY = (
+    "03_stratified_slope/floor.toml",
+    "03_stratified_slope/layered.toml",
+    "03_stratified_slope/model.toml",
+    "cassiar_slope/model.toml",
+    "cassiar_slope/mohr_coulomb.toml",
+    "groundfall/model.toml",
+    "groundfall/weak.toml",
+    "staged_tunnel/model.toml",
+    "staged_tunnel/weak.toml",
+    "toppling_column/steeper.toml",
+)
 EVERY_STAGE_AT_REST = {f"cassiar_slope/{name}.toml" for name in ("model", "mohr_coulomb", "ten_blocks")}
 
 

@@ -65,6 +65,7 @@ def networks(draw: st.DrawFn) -> RockMass:
     return RockMass(regions=regions, joints=[*sets, *faults], seed=draw(st.integers(0, 99)))
 
 
+@pytest.mark.heavy
 @settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(networks())
 @example(
@@ -95,6 +96,7 @@ def test_both_engines_give_the_same_blocks(mass: RockMass) -> None:
     }
 
 
+@pytest.mark.heavy
 @settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(networks())
 def test_no_area_and_no_joint_is_lost(mass: RockMass) -> None:

@@ -1,6 +1,7 @@
 """Random piles and jointed banks of convex blocks end in a verdict that stands its check; no crash, no NaN."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -10,6 +11,7 @@ from tests.scenes.random_models import jointed_banks, piles
 FEW = settings(max_examples=20, derandomize=True, deadline=None)
 
 
+@pytest.mark.heavy
 @FEW
 @given(st.one_of(piles(), jointed_banks()))
 def test_a_pile_ends_in_a_verdict(model):

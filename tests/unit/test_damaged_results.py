@@ -66,6 +66,7 @@ def same_summary(content: bytes, whole: bytes) -> bool:
         return False
 
 
+@pytest.mark.heavy
 def test_every_file_damaged(folder: Path) -> None:
     """Also in files that are not read back, such as the table of bolts: a reader trusts the folder."""
     chance = random.Random(34)

@@ -74,6 +74,7 @@ def test_a_contact_parts_where_it_leaves_the_slope_of_dilation():
     assert pressures[3] > 1e4
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("angle", [0.0, 10.0, FRICTION])
 def test_work_of_a_loop_up_the_slope_of_dilation_and_back_through_the_air(angle):
     """The slip x under the pressure p takes p x (mu - t), as much as nothing at the greatest angle, never less.

@@ -138,6 +138,7 @@ def test_other_runs_have_no_such_pictures_and_files(tmp_path):
     assert not list(folder.glob("flow*"))
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize(("given", "scheme"), [(model, "linear"), (model, "continuation"), (on_two_joints, "linear")])
 def test_a_run_that_was_interrupted_between_turns_ends_as_the_whole_one(tmp_path: Path, left, given, scheme) -> None:

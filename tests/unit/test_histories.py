@@ -151,6 +151,7 @@ def test_those_of_a_former_run_go(recorded: Results, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.glob("history*")] == ["history.csv"]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scheme", ["continuation", "linear"])
 def test_a_resumed_run_records_the_same_to_the_last_digit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scheme: str

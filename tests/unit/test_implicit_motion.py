@@ -37,6 +37,7 @@ def test_inertia_takes_the_place_of_the_regularisation():
     assert_array_equal(inertial.searched, system.start)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["softening", "patton", "closure", "dilation", "tension"])
 def test_energies_balance_under_laws(name):
     """Softening contacts that fail lose strength at once: time steps have a solution all the same."""

@@ -76,6 +76,7 @@ def test_bad_values(keys, words):
 FLAT = bsm.LadanyiArchambault(friction=20, dilation=8, jcs=40e6)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])
 @pytest.mark.parametrize(("beyond", "stable"), [(-0.3, True), (0.3, False)])
 def test_a_slab_slides_at_its_strength(scheme, beyond, stable):

@@ -54,6 +54,7 @@ def test_explicit_motion_to_the_end_gives_the_same_verdict(monkeypatch, slope):
     assert list(found.unstable_blocks) == list(wanted.unstable_blocks)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("slope", [20.0, 40.0])
 def test_a_mirrored_and_a_renumbered_wall_have_its_verdict(slope):
     wall = [rectangle(-1, -0.5, 6, 0), *running_bond(4, 5)]

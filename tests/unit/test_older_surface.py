@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import json
+from enum import EnumType
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from bsm_mesh.modelfile.model_tables import ModelFile
 
 STORED = json.loads((Path(__file__).parents[1] / "stored/surface_1_0_0.json").read_text(encoding="utf-8"))
 MODULES = {"bsm_mesh": "bsm_mesh", "converters": "bsm_mesh.converters", "geometries": "bsm_mesh.geometries"}
+ENUMERATED = ["boundary", "module", "names", "qualname", "start", "type", "value"]  # their call, before Python 3.12
 
 
 def tables_of(schema: dict[str, Any]) -> dict[str, dict[str, list[str]]]:
@@ -49,6 +51,8 @@ def names_of(module: str) -> dict[str, list[str]]:
             parts = list(inspect.signature(thing).parameters)
         except (TypeError, ValueError):
             parts = []
+        if isinstance(thing, EnumType):
+            parts = ENUMERATED
         attributes = [f".{part}" for part in dir(thing) if not part.startswith("_")] if inspect.isclass(thing) else []
         found[name] = sorted([*parts, *attributes])
     return found

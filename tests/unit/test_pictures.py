@@ -79,6 +79,7 @@ def test_every_picture_shows_something(results: Case) -> None:
         assert (middle < 0.99).any(axis=2).mean() > 0.5  # not white paper
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 def test_the_water_table_is_seen_over_a_model_of_kilometres(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8").replace("[mesh]", '[mesh]\nunit = "km"')

@@ -142,6 +142,7 @@ def random_scene(seed, depth=0.02):
     return near_scene(shapes, position)
 
 
+@pytest.mark.heavy
 @settings(max_examples=150, deadline=None)
 @given(seeds)
 def test_finds_what_the_slow_search_finds(seed):

@@ -49,6 +49,7 @@ def test_energies_balance_under_every_law(name):
     assert stage.shaking.heaviest == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("bolt", [{}, {"bond_strength": 2e4}, {"kind": "end_anchored", "pretension": 2e4}])
 def test_energies_balance_with_bolts(bolt):
     given = {"bolts": [bsm.Bolt(**BOLT, **bolt)]}
@@ -129,6 +130,7 @@ def test_a_block_that_topples_and_then_rests_is_in_the_verdict(tmp_path):
     assert told["stages"][-1]["verdict"].startswith(said)
 
 
+@pytest.mark.heavy
 def test_energies_balance_with_dashpots_whatever_the_windows():
     damped = replace(HARD, contact_damping=0.3, mass_damping=(0.05, 2.0))
     found = [bsm.run(wall(replace(damped, every=every))).stages[-1].shaking for every in (0.5, 0.005)]

@@ -149,6 +149,7 @@ def test_a_block_that_slides_far_and_lands_does_not_run_on():
     assert stage.max_displacement == pytest.approx(4.0, abs=1e-2)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("half", [10.0, 1000.0, 3000.0])
 def test_a_base_of_kilometres_hides_no_slide(half):
     """Residuals are over the weight of what may move: on a base of millions of m2 a block of one slides too."""

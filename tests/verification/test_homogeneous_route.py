@@ -90,6 +90,7 @@ def errors(blocks):
     )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("kind", "size"), [("quads", 0.75), ("quads", 0.45), pytest.param("voronoi", 2000, marks=pytest.mark.heavy)]
 )

@@ -61,6 +61,7 @@ def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
     assert_allclose(quarter(time, turn), exact, atol=2e-4)
 
 
+@pytest.mark.heavy
 def test_free_vibration_keeps_its_energy():
     """Up and down springs are linear: the trapezoidal rule keeps their energy, whatever the time step."""
     kick = bsm.Shaking(waveform="pulse", frequency=1, amplitude=0.2, cycles=4e-3, duration=0.8, direction=90.0)

@@ -56,6 +56,7 @@ def rightmost(polygon: np.ndarray) -> float:
     return float(polygon[:, 0].max())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("turn", "scale"), [(0.0, 1.0), (17.0, 1.0), (0.0, 0.01)])
 def test_what_cannot_rest_moves(turn, scale):
     """It falls, or slides to where it can rest: that end is admissible by statics alone."""

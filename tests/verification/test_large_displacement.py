@@ -76,6 +76,7 @@ def test_forces_under_a_block_whose_heel_slips():
     assert c.utilisation.max() <= 1 + 1e-9
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kn", [1e9, 1e10])
 @pytest.mark.parametrize("friction", [20.0, 35.0])
 def test_limit_angle_of_sliding_within_a_hundredth_of_a_degree(friction, kn):
@@ -158,6 +159,7 @@ def test_a_pushed_block_without_the_wall_goes_on(kn):
     assert list(results.unstable_blocks) == [1]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("case", [(10, 40.1, 40, "stable"), (5, 20, 40, "unstable"), (25, 40, 30, "unstable")])
 def test_verdict_and_displacement_do_not_depend_on_frame_and_units(case):
     *given, status = case

@@ -29,6 +29,7 @@ def test_flat_arches_snap_through_at_their_limit_and_not_before(flatness, kn, gi
     assert is_right(stage, exact)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("fraction", [0.6, 0.99, 1.01])
 @pytest.mark.parametrize(
     ("flatness", "shear", "friction", "given"),

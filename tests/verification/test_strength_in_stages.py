@@ -64,6 +64,7 @@ def verdicts(model, **options):
     return [str(stage.status) for stage in results.stages], results
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("key", ["J1", "*"])
 @pytest.mark.parametrize("friction", [35.0, 40.0, 60.0])
 def test_a_block_slides_where_its_strength_is_below_the_slope(friction, key, tmp_path):
@@ -184,6 +185,7 @@ def test_in_the_linear_scheme_it_shows_in_utilisation_and_a_note():
     assert_array_equal(results.stages[1].contacts.shear_force, results.stages[0].contacts.shear_force)
 
 
+@pytest.mark.heavy
 @FEW
 @given(jointed_banks())
 def test_the_whole_strength_in_every_stage_changes_no_digit(model):

@@ -34,6 +34,7 @@ def model_of(polygons, *, friction=FRICTION, kn=1e9, fixed=(0,), **given):
     )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("kn", "part"), [(1e6, 1.0), (3e6, 1.0), (1e7, 1.0), (1e8, 0.1), (1e9, 0.01)])
 def test_cycles_of_a_slide(kn, part):
     results = bsm.run(example_2(kn), wang(sliding_stiffness=part))
@@ -93,6 +94,7 @@ def incline(degrees, friction):
     return model_of(slab, kn=1e8, friction=friction)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("friction", [15.0, 30.0, 45.0])
 def test_a_block_on_an_incline_is_stable_below_its_friction_only(friction):
     assert bsm.run(incline(friction - 0.05, friction), wang()).status == "stable"
@@ -154,6 +156,7 @@ def test_the_thesiss_examples_have_its_verdicts(name, status, unstable, cycles):
     assert results.unstable_blocks.tolist() == unstable
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "steps"), [("03_stratified_slope/floor", 120), ("03_stratified_slope/layered", 70)])
 def test_layers_come_to_rest_on_a_floor_where_blocks_have_mass(name, steps):
     """Section 4.6, Example 3: layer 2 stops at the bottom, layer 1 on it; the rock below stays where it is.

@@ -60,6 +60,7 @@ def model(request):
     return found.replace(joints=[joint])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])
 def test_a_block_rests_and_slides_at_less_strength(model, scheme, tmp_path):
     """Strength reduction too; verdicts hold by the certificates alone."""

@@ -55,8 +55,8 @@ def test_what_was_reached_is_told_and_too_little_or_a_failed_test_ends_with_1(
     monkeypatch.setattr(command, "LEAST", least)
     assert command.main() == exit_code
     told = capsys.readouterr()
-    assert "whole: 100.0 % of 1 lines and 0 branches" in told.out
-    assert "half: 71.4 % of 5 lines and 2 branches; of branches alone 50.0 %" in told.out
+    assert "whole: 100.0 % of 1 lines\n" in told.out
+    assert "half: 80.0 % of 5 lines, 50.0 % of 2 branches\n" in told.out
     assert told.out.partition("missing lines and branches:")[2].split()[:4] == ["2", "71.4", "%", "half/a.py"]
     assert ("pytest ended with exit code 1" in told.err) == (code == 1)
     monkeypatch.setattr(sys, "argv", ["coverage", "--report"])  # once more, of the measurement

@@ -5,9 +5,7 @@ from pathlib import Path
 
 if not __package__:  # run as a folder: its modules import each other as those of a package
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-    __package__ = Path(__file__).resolve().parent.name
-    __import__(__package__)
+folder = f"{__package__ or Path(__file__).resolve().parent.name}.folder"
+__import__(folder)
 
-from .folder import main
-
-sys.exit(main(Path(sys.argv[1])))
+sys.exit(sys.modules[folder].main(Path(sys.argv[1])))
