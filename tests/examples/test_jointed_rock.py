@@ -1,4 +1,4 @@
-"""The worked examples of docs/jointed_rock.md and first_problems.md: every file as printed, every command in order."""
+"""Worked examples of docs/jointed_rock.md, own_mesh.md and first_problems.md: every file as printed, every command in order."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from tests.scenes.typed_lines import mesh_by_gmsh, type_line
 
 pytestmark = pytest.mark.usefixtures("drawn_here")
 PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
+OWN = PAGE.with_name("own_mesh.md")
 FIRST = PAGE.with_name("first_problems.md")
 
 
 @pytest.fixture
 def page(case: Case) -> str:
-    text = PAGE.read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8") + OWN.read_text(encoding="utf-8")
     for name, content in files_of(text).items():
         case.write(name, content)
     return text

@@ -56,6 +56,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/how_to.md": [],
     "docs/import_section.md": [],
     "docs/kinematics.md": [],
+    "docs/limits.md": ["bsm-mesh new slope s"],
     "docs/liner.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": [*RUN, SURVEY],
@@ -77,6 +78,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
 FOLLOWED_ELSEWHERE = {  # more is asserted of them there
     "README.md": "tests/examples/test_readme.py",
     "docs/jointed_rock.md": "tests/examples/test_jointed_rock.py",
+    "docs/own_mesh.md": "tests/examples/test_jointed_rock.py",
     "docs/from_udec_and_rs2.md": "tests/examples/test_from_udec.py",
     "docs/first_problems.md": "tests/examples/test_jointed_rock.py",
     "docs/notebook.md": "tests/examples/test_notebook_page.py",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from pathlib import Path
 
 import bsm_mesh as bsm
@@ -52,6 +53,34 @@ def test_dead_links_of_a_site_are_found(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     assert dead_links(tmp_path) == [f"a.html: {x}" for x in ("sub/b.html#gone", "c.html", "gone.png", "#nowhere")]
+
+
+MOST_WORDS = 1200  # of a page, without code and tables made by commands
+LONGER = {
+    "docs/architecture.md": "a map of the rooms",
+    "docs/campaign.md": "a protocol of measurements",
+    "docs/earthquakes.md": "to be divided",
+    "docs/experiments/continuation.md": "a protocol of an engine that is gone",
+    "docs/experiments/thresholds.md": "tables of settings",
+    "docs/glossary.md": "a table of words",
+    "docs/three_dimensions.md": "to be divided",
+    "docs/where_is.md": "a table of files",
+}
+
+
+def test_pages_are_short() -> None:
+    pages = [*ROOT.glob("docs/*.md"), *ROOT.glob("docs/experiments/*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    assert len(pages) > 80
+    long = {page.relative_to(ROOT).as_posix() for page in pages if words_of(page) > MOST_WORDS}
+    assert long <= set(LONGER)
+
+
+def words_of(page: Path) -> int:
+    """Return the number of words of a page, without code, targets of links and tables that a command makes."""
+    text = page.read_text(encoding="utf-8")
+    text = re.sub(r"^<!-- (?:numbers|made|counts).*?^<!-- [^>]*end[^>]*-->", "", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"^```.*?^```$|^ {4}.*?$", "", text, flags=re.DOTALL | re.MULTILINE)
+    return len(re.sub(r"\]\([^)]*\)", "]", text).split())
 
 
 NO_EXAMPLE = {  # public names that are given, caught or come out, and functions on files of one's own: why

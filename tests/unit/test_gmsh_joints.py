@@ -51,7 +51,7 @@ def test_the_blocks_are_those_of_our_cutter(tmp_path: Path, sets: list[JointSet]
 
 
 def test_a_geo_file_is_cut_as_well(tmp_path: Path) -> None:
-    """As docs/jointed_rock.md says: merged, its surfaces asked for; an arc between two crossings is no joint."""
+    """As docs/own_mesh.md says: merged, its surfaces asked for; an arc between two crossings is no joint."""
     (tmp_path / "rock.geo").write_text(
         'SetFactory("OpenCASCADE");\nRectangle(1) = {-10, -10, 0, 20, 20};\nDisk(2) = {0, 0, 0, 2.5};\n'
         "BooleanDifference(3) = { Surface{1}; Delete; }{ Surface{2}; Delete; };\n"
