@@ -71,7 +71,11 @@ def to_pandas(results: Results, name: str) -> Any:
     ModelError
         If there is no such table, or no pandas.
     """
-    table = result_table(results, name)
+    return frame_of(result_table(results, name))
+
+
+def frame_of(table: ResultTable) -> Any:
+    """Return a table as a pandas DataFrame; errors as of `to_pandas`."""
     try:
         import pandas as pd
     except ImportError:

@@ -50,11 +50,11 @@ class Shaking:
     frequency : float [Hz]
         Of the waveform; of a Ricker wavelet the one of its greatest amplitude.
     amplitude : float [m/s2, m/s or Pa]
-        Of the waveform.
+        Of the waveform, by `quantity`: m/s2 of an acceleration, m/s of a velocity, Pa of a stress.
     cycles : float
         Length of a sine or a pulse, in periods.
     quantity : {"acceleration", "velocity", "stress"}
-        What record or waveform are of; the stress is a traction on `boundary`, twice that of the wave that enters.
+        Of record or waveform; the stress is a traction on `boundary`, twice that of the wave that enters.
     direction : float [degrees]
         Of the movement, from x, counter-clockwise: 0 horizontal, 90 vertical.
     scale : float

@@ -1,4 +1,4 @@
-"""Worked examples of docs/jointed_rock.md, own_mesh.md and first_problems.md: every file as printed, every command in order."""
+"""Worked examples of docs/jointed_rock.md, own_mesh.md and first_problems.md: files as printed, commands in order."""
 
 from __future__ import annotations
 

@@ -275,6 +275,15 @@ def test_tables_have_a_row_a_block(tmp_path):
     assert "1 fall" in repr(found)
 
 
+def test_the_table_goes_to_pandas():
+    pytest.importorskip("pandas")
+    found = bsm.key_blocks(roof(), rocks=ROCK, joints=[joint("J1")], excavated=["cavern"], free=["south", "north"])
+    frame = found.to_pandas()
+    assert len(frame) == found.count
+    assert frame[frame["mode"] == "falls"].weight.sum() == pytest.approx(4 * np.sqrt(3) / 3 * 26e3)
+    assert frame.attrs["units"]["support_pressure"] == "Pa"
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

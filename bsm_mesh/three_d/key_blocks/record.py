@@ -134,6 +134,18 @@ class KeyBlocks:
 
         return write_table(self.table(), as_path("key blocks: path", path))
 
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas DataFrame, a row a block, with the units in ``attrs["units"]``.
+
+        Raises
+        ------
+        ModelError
+            If pandas is not installed.
+        """
+        from bsm_mesh.folder.result_tables import frame_of
+
+        return frame_of(self.table())
+
     def and_then(self, later: KeyBlocks) -> KeyBlocks:
         """Return two tables as one: blocks that fell keep their rows, others are as they are `later`."""
         kept = (self.round > 0) | ~np.isin(self.block, later.block)
