@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray, show_only
+from bsm_mesh.errors import counted
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.histories import History
 from bsm_mesh.results.joint_faces import joint_faces
@@ -76,6 +77,13 @@ class HistorySeries:
     def __getitem__(self, quantity: str) -> FloatArray:
         column: FloatArray = self.values[:, self.recorded.quantities.index(quantity)]
         return column
+
+    def __repr__(self) -> str:
+        given = zip(self.recorded.quantities, self.recorded.units, strict=True)
+        columns = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in given)
+        size = counted(len(self.step), "step")
+        head = f"HistorySeries of {self.recorded.kind} '{self.recorded.name}': {size}, {columns}"
+        return f"{head}; last {', '.join(f'{value:.4g}' for value in self.values[-1])}" if len(self.step) else head
 
 
 def recorded_of(history: History) -> Recorded:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
+from bsm_mesh.errors import numbered, place
 from bsm_mesh.results.joint_sets import JointSet, joint_sets
 from bsm_mesh.safety.driver import Found
 
@@ -37,6 +38,11 @@ class Mechanism:
     part: float
     centre: tuple[float, ...]
     joints: tuple[JointSet, ...]
+
+    def __repr__(self) -> str:
+        size = f"{self.area:.4g} {'m2' if len(self.centre) == 2 else 'm3'}, {100 * self.part:.3g} % of all"
+        around = place(round(x, 2) + 0.0 for x in self.centre)
+        return f"Mechanism at {self.value:.4g}: {numbered('block', self.blocks, 6)}: {size}, around {around} m"
 
 
 def mechanism_of(found: Found) -> Mechanism | None:

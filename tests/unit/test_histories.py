@@ -54,6 +54,8 @@ def test_every_step_has_the_movement_of_its_state() -> None:
     np.testing.assert_array_equal(histories["corner"].values, expected[:, :2])
     np.testing.assert_array_equal(histories["pushed"].values[:, :2], expected[:, 2:4])
     np.testing.assert_allclose(histories["pushed"]["rotation"], np.degrees(expected[:, 4]))
+    shown = f"HistorySeries of point 'corner': {len(expected)} steps, u [m], v [m]; last {expected[-1, 0]:.4g}, "
+    assert repr(histories["corner"]).startswith(shown)
     assert histories["corner"]["u"][-1] == pytest.approx(0.5, abs=1e-3)
 
 

@@ -138,6 +138,7 @@ def test_factor_of_an_incline_with_all_that_is_told():
     assert str(found) == f"factor of safety {found.stable:.4g}: stable there, unstable at {found.unstable:.4g}"
     assert heard[0] == "limit analysis"
     assert any(text.startswith("trial at 1: stable") for text in heard)
+    assert repr(fails).startswith(f"Mechanism at {found.unstable:.4g}: block")
 
 
 @pytest.mark.heavy
