@@ -89,10 +89,13 @@ def page_texts(path: Path) -> Iterator[Text]:
         if lines:
             yield Text("pages", path, begin, plain(" ".join(lines)))
 
+    before, indented = "", False
     for number, line in enumerate([*path.read_text(encoding="utf-8").splitlines(), ""], 1):
         if line.lstrip().startswith("```"):
             in_code = not in_code
-        is_break = not line.strip() or in_code or line.lstrip().startswith("```")
+        indented = line.startswith("    ") and (indented or not before)  # code, without backquotes
+        before = line.strip()
+        is_break = not before or in_code or indented or line.lstrip().startswith("```")
         if is_break or re.match(r"\s*([-*|#>]|\d+\.) ?", line):
             yield from close()
             begin, lines = number, []

@@ -37,11 +37,14 @@ def test_a_first_line_that_repeats_the_name():
 
 def test_code_is_not_counted_in_pages(tmp_path):
     page = tmp_path / "a.md"
-    page.write_text("Set `told` to 1:\n\n```\nit is told\n```\n- It is\n  told.\n| tell | 2 |\n", encoding="utf-8")
+    page.write_text(
+        "Set `told` to 1:\n\n```\nit is told\n```\n- It is\n  told.\n\n    it is told\n    told\n| tell | 2 |\n",
+        encoding="utf-8",
+    )
     assert [(text.line, text.words) for text in page_texts(page)] == [
         (1, "Set x to 1:"),
         (6, "It is told."),
-        (8, "| tell | 2 |"),
+        (11, "| tell | 2 |"),
     ]
 
 
