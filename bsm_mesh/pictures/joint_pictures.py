@@ -48,7 +48,7 @@ def draw_state(sheet: Sheet) -> str | None:
         sheet.lines(lines[chosen & (status == kind)], colors=colour, linewidths=width, zorder=2.5)
         share = percent(float((length * part)[chosen].sum()) / total) if total else "0 %"
         sheet.explain(f"{kind.name.lower()}, {share} of the length", color=colour, linewidth=width)
-    return f"state of the joints, {engineering(total, 'm')} of them{_over(sheet)}"
+    return f"state of the joints, {engineering(total, 'm')} in all{_over(sheet)}"
 
 
 def draw_slip(sheet: Sheet) -> str | None:

@@ -206,7 +206,7 @@ def test_a_window_shows_its_part(flake: bsm.results.Results) -> None:
     figure = figure_of(flake, "joints", window=(3.0, 0.5, 6.0, 2.5))
     (axes, *_) = figure.axes
     assert (*axes.get_xlim(), *axes.get_ylim()) == (3.0, 6.0, 0.5, 2.5)
-    assert "2 m of them" in texts(figure)  # above the block and below it
+    assert "2 m in all" in texts(figure)  # above the block and below it
     assert "250 N/m" not in texts(figure)
 
 
