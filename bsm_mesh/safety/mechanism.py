@@ -40,9 +40,9 @@ class Mechanism:
     joints: tuple[JointSet, ...]
 
     def __repr__(self) -> str:
-        size = f"{self.area:.4g} {'m2' if len(self.centre) == 2 else 'm3'}, {100 * self.part:.3g} % of all"
         around = place(round(x, 2) + 0.0 for x in self.centre)
-        return f"Mechanism at {self.value:.4g}: {numbered('block', self.blocks, 6)}: {size}, around {around} m"
+        named = numbered("block", self.blocks, 6)
+        return f"Mechanism at {self.value:.4g}: {named}: {100 * self.part:.3g} % of all, around {around} m"
 
 
 def mechanism_of(found: Found) -> Mechanism | None:

@@ -65,6 +65,7 @@ LONGER = {
     "docs/glossary.md": "a table of words",
     "docs/three_dimensions.md": "to be divided",
     "docs/where_is.md": "a table of files",
+    "docs/zones.md": "to be divided",
 }
 
 
