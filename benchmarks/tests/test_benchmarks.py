@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from benchmarks import engines, measure, pages, programs, report, shaken_walls, tables
+from benchmarks import engines, measure, pages, programs, report, shaken_walls, tables, tall_walls
 from benchmarks.cases import CASES
 from tests.scenes import large
 
@@ -136,3 +136,10 @@ def test_a_row_of_shaken_walls(monkeypatch):
     assert found["blocks"] == "6"
     assert float(found["balance missed by, %"]) < 1
     assert int(found["steps"]) > 1000
+
+
+def test_tall_walls_are_drawn_short_of_toppling_and_of_sliding():
+    for number in range(tall_walls.WALLS):
+        courses, bricks, tilt, friction = tall_walls.wall(number)
+        assert 4500 < courses * bricks < 10_500
+        assert np.tan(np.radians(tilt)) < min(bricks / (0.5 * courses), np.tan(np.radians(friction)))

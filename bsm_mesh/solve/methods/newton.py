@@ -165,7 +165,7 @@ def _swept(step: StepEquations, here: Residual, tolerance: float) -> Residual:
             break
         local = SubdomainEquations(step, moves, here.position)
         try:
-            solved = newton(local, local.start, FEW_CHANGE * here.max_norm, shrinking=WORTH_REPEATING)
+            solved = _solved_apart(local, FEW_CHANGE * here.max_norm)
         finally:
             local.close()
         reached = local.whole(solved.position)
@@ -176,3 +176,38 @@ def _swept(step: StepEquations, here: Residual, tolerance: float) -> Residual:
         if here.l2_norm > WORTH_REPEATING * before.l2_norm:
             break
     return here
+
+
+def _solved_apart(local: SubdomainEquations, tolerance: float) -> Attempt:
+    """Return the result for blocks apart; where the norm cannot fall all the way, of corrections that let it rise."""
+    found = newton(local, local.start, tolerance, shrinking=WORTH_REPEATING)
+    if found.may_end:
+        return found
+    other = nonmonotone_newton(local, tolerance)
+    return other if other.may_end else found
+
+
+def nonmonotone_newton(step: StepEquations, tolerance: float) -> Attempt:
+    """Return the result of Newton's method with a norm that may rise on the way.
+
+    A block on one corner at its strength turns until another corner touches. Until then no force changes, and no part
+    of a correction reduces the 2-norm. So a correction may double the least norm so far; it ends where as many
+    corrections as exact ones at most have brought none that is less.
+
+    References
+    ----------
+    Grippo, Lampariello & Lucidi (1986), A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal.
+    23(4), 707-716.
+    """
+    here = least = step.residual_at(step.start)
+    since = 0
+    while not here.max_norm < tolerance:  # nor where it is none
+        correction = newton_correction(step, here, tangent_regularization(here.max_norm))
+        if correction is None or since == SETTINGS.max_corrections:
+            return Attempt(equations=step, position=least.position, outcome=Outcome.STALLED)
+        here = line_search(step, here, correction, most=least.l2_norm / WORTH_REPEATING)
+        if here.l2_norm < least.l2_norm:
+            least, since = here, 0
+        else:
+            since += 1
+    return Attempt(equations=step, position=here.position, outcome=Outcome.SOLVED)
