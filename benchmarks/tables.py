@@ -18,14 +18,17 @@ Found = dict[str, dict[str, list[Row]]]  # rows by scene and program
 
 
 def read(paths: Iterable[Path]) -> tuple[str, Found]:
-    """Return where rows were measured, and all rows; of a scene and program in two files those of the last."""
+    """Return where rows were measured, and all rows; of a scene, program and size in two files those of the last."""
     said: list[str] = []
     found: Found = {}
     for path in paths:
         kept: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         said.append(kept["where"])
         for name, programs in kept["cases"].items():
-            found.setdefault(name, {}).update(programs)
+            for program, rows in programs.items():
+                before = found.setdefault(name, {}).get(program, [])
+                by_size = {row["asked"]: row for row in before + rows}
+                found[name][program] = [by_size[size] for size in sorted(by_size)]
     return "; ".join(dict.fromkeys(said)), found
 
 
@@ -36,12 +39,30 @@ def write_into(page: Path, paths: Iterable[Path]) -> None:
     parts = [
         (title, as_markdown(rows) if len(rows) > 1 else "")
         for title, rows in (
+            ("Processor seconds and memory by size", of_sizes({name: found[name] for name in order})),
             ("Scenes", of_scenes({name: found[name] for name in order})),
             ("Growth", of_growth({name: found[name] for name in order})),
             ("Meshes, files and commands", of_files({name: found[name] for name in order})),
         )
     ]
     tell(titled(said, parts), MAKER, page)
+
+
+def of_sizes(found: Found) -> list[list[str]]:
+    """Return a row a scene and start: processor seconds and memory [GB] at each size that was asked for."""
+    ours = [(name, program) for name in found if _is_solved(name) for program in found[name] if program in _ours(name)]
+    runs = {key: {row["asked"]: row for row in found[key[0]][key[1]] if "seconds" in row} for key in ours}
+    sizes = sorted({size for run in runs.values() for size in run if size >= ENOUGH})
+    rows = [["model", "", *(f"{size:.0f} blocks" for size in sizes)]]
+    for (name, program), run in runs.items():
+        cells = [_cost(run[size]) if size in run else "" for size in sizes]
+        rows.append([CASES[name].title, program, *cells])
+    return rows
+
+
+def _cost(row: Row) -> str:
+    """Return seconds, memory and verdict of a run."""
+    return f"{spent(row):.2g} s, {_memory(row)} GB, {row['verdict'].replace('_', ' ')}"
 
 
 def of_scenes(found: Found) -> list[list[str]]:

@@ -65,16 +65,20 @@ def test_split_counts_inner_work_once_and_leaves_no_trace():
 def test_a_page_is_written_from_stored_rows(tmp_path):
     row = {"blocks": 1000, "asked": 1000, "verdict": "stable", "seconds": 9.0, "processor": 4.0, "memory": 0.5}
     row |= {"factorizations": 3, "parts": {"factorization": 1.0, "contacts": 1.0, "assembly": 1.0, "rest": 1.0}}
-    larger = row | {"blocks": 10_000, "asked": 10_000, "processor": 40.0}
+    larger = row | {"blocks": 10_000, "asked": 1e4, "processor": 40.0}
     late = {"blocks": 1000, "asked": 1000, "verdict": "no answer", "note": "stopped"}
     start = {"blocks": 106, "asked": 106, "verdict": "done", "seconds": 1.0, "note": "x"}
-    for name, cases in (("a", {"wall": {"bsm": [row, larger], "pymunk": [late]}}), ("b", {"start": {"help": [start]}})):
+    stale = larger | {"processor": 99.0}
+    first = {"wall": {"bsm": [row, stale], "pymunk": [late]}}
+    for name, cases in (("a", first), ("b", {"start": {"help": [start]}, "wall": {"bsm": [larger]}})):
         (tmp_path / name).write_text(json.dumps({"where": f"Commit {name}", "cases": cases}))
     page, (begin, end) = tmp_path / "page.md", pages.marks(tables.MAKER)
     page.write_text(f"{begin}\n{end}\n")
     tables.write_into(page, [tmp_path / "a", tmp_path / "b"])
     text = page.read_text()
     assert "Commit a; Commit b" in text
+    assert "| model |  | 1000 blocks | 10000 blocks |" in text
+    assert "| Half-bond wall tilted by 5 degrees | bsm | 4 s, 0.50 GB, stable | 40 s, 0.50 GB, stable |" in text
     assert "| wall | bsm | 1000 | stable | 4.00 | 0.50 | 3 | 25 % | 0 % | 50 % | 0 % | 25 % |" in text
     assert "| wall | bsm | 1.00 | 10000 | 4 | 52 |" in text
     assert "| start | help | 106 | 1.00 |" in text
