@@ -15,6 +15,7 @@ from benchmarks.continuum import ROOT
 from benchmarks.pages import add_into, processor, tell
 from examples.numbers.pages import markdown
 from tests.scenes import zones as scenes
+from tests.scenes.hoek_brown_hole import HoekBrownHole
 from tests.scenes.plastic_zones import Hole, footing
 
 COMMAND = "python -m benchmarks.zones"
@@ -65,6 +66,20 @@ def plastic() -> list[tuple[str, ...]]:
             (f"{name}: error of stresses", "0", f"{stress:.2%}"),
             (f"{name}: plastic radius by the stress outside, m", f"{hole.radius:.4f}", _grown(hole, radius)),
             (f"{name}: plastic radius by the area that yielded, m", f"{hole.radius:.4f}", _grown(hole, by_area)),
+        ]
+    rock = HoekBrownHole()
+    for rings, sectors in ((20, 12), (30, 24)):
+        zones = bsm.run(rock.model(rings, sectors, dilation=10.0)).stages[-1].zones
+        stress, radius, _ = rock.errors(zones)
+        name = f"hole in Hoek-Brown rock, {2 * rings * sectors} zones"
+        lines += [
+            (f"{name}: error of stresses", "0", f"{stress:.2%}"),
+            (f"{name}: plastic radius by the stress outside, m", f"{rock.radius:.4f}", _grown(rock, radius)),
+            (
+                f"{name}: convergence of the wall, mm",
+                f"{1e3 * rock.convergence(10.0):.3f}",
+                f"{1e3 * rock.wall(zones):.3f}",
+            ),
         ]
     for size in (0.2, 0.1):
         stages = bsm.run(footing(PARTS, size=size)).stages

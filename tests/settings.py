@@ -24,6 +24,7 @@ FORMATS = {  # numbers of libraries and of layouts, and stand-ins for infinity
         "_STRUCTURALLY_SYMMETRIC",
     },
     "zones/joint_points.py": {"LINEAR"},  # an exact integral
+    "zones/hoek_brown.py": {"CIRCLES"},  # signs
     "zones/mohr_coulomb.py": {"SETS"},  # of planes
     "limit/program.py": {"SOLVED", "INFEASIBLE", "UNBOUNDED"},
     "motion/contact_columns.py": {"WIDTH"},

@@ -6,6 +6,7 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.flow import Drain, Flow, FlowChange, Grout, Well
 from bsm_mesh.model.histories import History
+from bsm_mesh.model.hoek_brown import HoekBrown
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import BartonBandis, JointResponse, LadanyiArchambault, MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
@@ -32,6 +33,7 @@ __all__ = [
     "Grout",
     "HeadPlane",
     "History",
+    "HoekBrown",
     "InSitu",
     "InSituTraction",
     "Joint",

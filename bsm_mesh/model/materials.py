@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
+from bsm_mesh.model.hoek_brown import HoekBrown
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve, barton_of, stiffness_faults
 from bsm_mesh.model.law_faults import dilation_faults, law_faults, residual_tension_faults
@@ -109,6 +110,8 @@ class Rock:
         Tension that faces still carry once they have failed by slip; one that has opened carries none.
     zones : Zones or None
         Triangles that its blocks are divided into, with `young` and `poisson`; None: its blocks are rigid.
+    hoek_brown : HoekBrown or None
+        Strength of zones with ``law="hoek_brown"``.
 
     Examples
     --------
@@ -131,12 +134,14 @@ class Rock:
     softening_slip: Annotated[float, SLIP] | None = None
     residual_tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
     zones: Zones | None = field(default=None, metadata={"in_hash": "given"})
+    hoek_brown: HoekBrown | None = field(default=None, metadata={"in_hash": "given"})
 
     def __post_init__(self) -> None:
         rules = Rules("rock", self.name)
         rules.name(self.name)
         rules.numbers(self)
         rules.a_thing("zones", self.zones, Zones, optional=True)
+        rules.a_thing("hoek_brown", self.hoek_brown, HoekBrown, optional=True)
         rules.choice("stiffness", self.stiffness, get_args(RockStiffness))
         if not rules.faults and self.young is not None and self.poisson is None and self.stiffness != "rigid":
             rules.faults.append(f"{rules.thing}: young is given without poisson; give poisson (0 to 0.5) as well")
@@ -162,21 +167,32 @@ class Rock:
         return not (self.cohesion is None and self.friction is None and self.tensile_strength is None)
 
     @property
+    def can_fail(self) -> bool:
+        """Whether its unjointed faces or its zones have a strength."""
+        return self.has_strength or self.hoek_brown is not None
+
+    @property
     def yields(self) -> bool:
         """Whether its zones yield."""
         return self.zones is not None and self.zones.law != "elastic"
 
     def _plastic_faults(self) -> list[str]:
-        """Return what zones that yield do not know, a sentence each."""
+        """Return the conflicts of the strength of zones with the rest of the rock, a sentence each."""
+        by_curve = self.zones is not None and self.zones.law == "hoek_brown"
+        if by_curve != (self.hoek_brown is not None):
+            cure = "give hoek_brown, with sigma_ci, gsi and mi" if by_curve else 'give zones = { law = "hoek_brown" }'
+            return [f"hoek_brown is the strength of zones that yield by it; {cure}"]
         if self.zones is None or not self.yields:
             return []
         found = []
-        if not self.has_strength:
+        if by_curve and self.has_strength:
+            found.append("zones yield by hoek_brown; leave cohesion, friction and tensile_strength out")
+        if not self.can_fail:
             found.append("zones yield by the rock's strength; give cohesion, friction or tensile_strength")
         softens = (self.residual_friction, self.residual_cohesion, self.softening_slip)
         if any(value is not None for value in softens) or self.residual_tensile_strength:
             found.append("zones that yield keep their strength; leave the residual strength and softening_slip out")
-        if self.zones.dilation > (self.friction or 0.0):
+        if not by_curve and self.zones.dilation > (self.friction or 0.0):
             limit = f"friction = {self.friction or 0.0:g}"
             found.append(f"zones: dilation = {self.zones.dilation:g} is above {limit}, and would create energy")
         return found

@@ -140,7 +140,7 @@ def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
     if model.default_joint is not None:
         return 0
     blocks = model.blocks
-    limited = {rock.name for rock in rocks if rock.has_strength}
+    limited = {rock.name for rock in rocks if rock.can_fail}
     unlimited = np.array([name not in limited for name in blocks.rock_names])[blocks.rock]
     stays = np.logical_and.reduce(presence(model.stages, blocks))
     return count_faces(blocks, (blocks.edge_joint < 0) & (unlimited & stays)[blocks.owner])
@@ -150,6 +150,7 @@ def of_unusual_rocks(rocks: Sequence[Rock]) -> Iterator[str]:
     """Say which numbers of rocks are allowed but not usual."""
     for rock in rocks:
         yield from unusual(f"rock '{rock.name}'", rock, without=("unit_weight",) if rock.unit_weight == 0 else ())
+        yield from unusual(f"rock '{rock.name}': hoek_brown", rock.hoek_brown)
 
 
 def of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:

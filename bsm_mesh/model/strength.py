@@ -189,7 +189,7 @@ def _name_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
     rules = Rules("strength")
     given = rules.mapping("factors", factors)
     joints = {joint.name: joint.law is not None for joint in model.joints}
-    rocks = {OF_ROCK + rock.name: rock.has_strength for rock in model.rocks}
+    rocks = {OF_ROCK + rock.name: rock.can_fail for rock in model.rocks}
     for key, factor in given.items():
         rules.number(key, factor, STRENGTH_FACTOR)
         if key in (ALL_JOINTS, OF_ROCK + ALL_JOINTS):
@@ -214,7 +214,7 @@ def _name_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
 def resolved(model: Model, factors: Mapping[str, float]) -> dict[str, float]:
     """Return the factor of every joint with a law, and of every rock with strength, that factors mean."""
     joints = [joint.name for joint in model.joints if joint.law is not None]
-    rocks = [OF_ROCK + rock.name for rock in model.rocks if rock.has_strength]
+    rocks = [OF_ROCK + rock.name for rock in model.rocks if rock.can_fail]
     found = {}
     for names, rest in ((joints, ALL_JOINTS), (rocks, OF_ROCK + ALL_JOINTS)):
         for name in names:
@@ -237,7 +237,12 @@ def _scaled(degrees: float, part: float) -> float:
 
 
 def _rock_at(rock: Rock, part: float) -> Rock:
-    if rock.law is None or part == 1:
+    if part == 1:
+        return rock
+    if rock.hoek_brown is not None and rock.zones is not None:
+        flow = replace(rock.zones, dilation=_scaled(rock.zones.dilation, part))
+        return replace(rock, hoek_brown=rock.hoek_brown.reduced(1 / part), zones=flow)
+    if rock.law is None:
         return rock
     law = rock.law.reduced(1 / part)
     named = [field.name for field in fields(law) if getattr(rock, field.name) is not None]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.materials import Rock
     from bsm_mesh.model.model import Model
 
-ZoneLaw = Literal["elastic", "mohr_coulomb"]
+ZoneLaw = Literal["elastic", "mohr_coulomb", "hoek_brown"]
 ZoneDisplacement = Literal["small", "large"]
 
 
@@ -30,11 +30,12 @@ class Zones:
         Greatest side of the triangles; None: the fewest triangles that fill a block.
     order : int
         Polynomial order of the displacements in them: 1 (constant stress) or 2 (linear stress).
-    law : {"elastic", "mohr_coulomb"}
+    law : {"elastic", "mohr_coulomb", "hoek_brown"}
         Whether the rock within blocks yields: ``"mohr_coulomb"`` by its `cohesion`, `friction` and `tensile_strength`
-        (0 where they are not given).
+        (0 where they are not given), ``"hoek_brown"`` by its `hoek_brown`.
     dilation : float [degrees]
-        Dilation angle of rock that yields, the friction angle at most.
+        Dilation angle of rock that yields. With Mohr-Coulomb it is the friction angle at most; with Hoek-Brown the
+        friction angle of the curve takes its place where that is smaller.
     displacement : {"small", "large"}
         Whether forces act where blocks were given (``"small"``), or blocks turn by any angle, and forces with them
         (``"large"``). All rocks with zones have the same.
@@ -59,7 +60,7 @@ class Zones:
         rules.choice("displacement", self.displacement, get_args(ZoneDisplacement))
         raise_faults(rules.faults)
         if self.dilation and self.law == "elastic":
-            raise_faults([f'zones: dilation = {self.dilation:g} is of rock that yields; give law = "mohr_coulomb"'])
+            raise_faults([f"zones: dilation = {self.dilation:g} is of rock that yields; give law"])
         plain_numbers(self)
 
 

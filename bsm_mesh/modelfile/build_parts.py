@@ -13,6 +13,7 @@ from bsm_mesh.model.beside import unknown_stages
 from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.histories import History
+from bsm_mesh.model.hoek_brown import HoekBrown
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS, JointLaw
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
@@ -55,7 +56,8 @@ def make_rock(name: str, table: RockTable) -> Rock:
     """Return a rock."""
     with placed(f"rock '{name}'"):
         zones = None if table.zones is None else Zones(**table.zones.model_dump())
-    return Rock(name, **table.model_dump(exclude={"zones"}), zones=zones)
+        curve = None if table.hoek_brown is None else HoekBrown(**table.hoek_brown.model_dump())
+    return Rock(name, **table.model_dump(exclude={"zones", "hoek_brown"}), zones=zones, hoek_brown=curve)
 
 
 def make_joint(name: str, table: JointTable) -> Joint:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from bsm_mesh.model import quantities as q
+from bsm_mesh.model.hoek_brown import HoekBrown
 from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.zones import Zones
@@ -19,11 +20,19 @@ class ZonesTable(Table):
     """Triangles that the blocks of a rock are divided into, so that they deform."""
 
 
-@keys_of(Rock, without=("name", "zones"))
+@keys_of(HoekBrown)
+class HoekBrownTable(Table):
+    """The strength of a rock mass after Hoek and Brown."""
+
+
+@keys_of(Rock, without=("name", "zones", "hoek_brown"))
 class RockTable(Table):
     """A rock."""
 
     zones: ZonesTable | None = Field(default=None, description="its blocks deform; left out: they are rigid")
+    hoek_brown: HoekBrownTable | None = Field(
+        default=None, description='the strength of its zones, with zones = { law = "hoek_brown" }'
+    )
 
 
 @keys_of(Filling)

@@ -173,7 +173,8 @@ def _plain(value: Any) -> Any:
 
 def _rock(rock: Rock) -> Content:
     zones = None if rock.zones is None else _fields(rock.zones)
-    return _fields(rock, "name", "zones") | _given(zones=zones)
+    curve = None if rock.hoek_brown is None else _fields(rock.hoek_brown)
+    return _fields(rock, "name", "zones", "hoek_brown") | _given(zones=zones, hoek_brown=curve)
 
 
 def _joint(joint: Joint) -> Content:

@@ -70,7 +70,7 @@ class Reduction:
                         f"safety: joint '{name}' has no law (friction), so that it has no strength to reduce"
                     )
             chosen = list(self.joints)
-        names = [*chosen, *(f"rock:{rock.name}" for rock in model.rocks if self.rocks and rock.has_strength)]
+        names = [*chosen, *(f"rock:{rock.name}" for rock in model.rocks if self.rocks and rock.can_fail)]
         if not names:
             raise ModelError(
                 "safety: nothing has a strength to reduce: no joint has a law (friction), and no rock friction, "

@@ -18,6 +18,7 @@ class Hole:
     """
 
     far, cohesion, friction, young, poisson, outer = 30e6, 3.45e6, 30.0, 6.777e9, 0.21, 10.0
+    support = 0.0
 
     def __init__(self):
         self.passive = (1 + sin(radians(self.friction))) / (1 - sin(radians(self.friction)))
@@ -35,6 +36,19 @@ class Hole:
         hoop = np.where(inside, self.cone * (self.passive * grows - 1), self.far + away)
         return -radial, -hoop
 
+    def rock(self, order, dilation):
+        """Return the rock that yields."""
+        return bsm.Rock(
+            "rock",
+            unit_weight=0.0,
+            young=self.young,
+            poisson=self.poisson,
+            cohesion=self.cohesion,
+            friction=self.friction,
+            tensile_strength=1e9,
+            zones=bsm.Zones(order=order, law="mohr_coulomb", dilation=dilation),
+        )
+
     def model(self, rings, sectors, *, dilation=30.0, order=2, parts=(1.0,)):
         """Return a quarter, whose core is excavated, under the exact pressure at its outer side."""
         r, angle = self.outer ** (np.arange(rings + 1) / rings), pi / 2 * np.arange(sectors + 1) / sectors
@@ -48,27 +62,16 @@ class Hole:
             .with_boundary("low", lambda x, y: y < 1e-9)
             .with_boundary("left", lambda x, y: x < 1e-9)
         )
-        zones = bsm.Zones(order=order, law="mohr_coulomb", dilation=dilation)
-        rock = bsm.Rock(
-            "rock",
-            unit_weight=0.0,
-            young=self.young,
-            poisson=self.poisson,
-            cohesion=self.cohesion,
-            friction=self.friction,
-            tensile_strength=1e9,
-            zones=zones,
-        )
         change = -float(self.stress(self.outer)[0]) - self.far
         more = bsm.Pressure(boundary="outer", pressure=change)
         gone = list(range(len(ring), len(ring) + sectors))
         return bsm.Model(
             blocks=blocks,
-            rocks=[rock],
+            rocks=[self.rock(order, dilation)],
             supports=[bsm.NormalRoller(boundary=side) for side in ("low", "left")],
             loads=[bsm.Pressure(boundary="outer", pressure=self.far)],
             in_situ=bsm.InSitu(stress={"xx": -self.far, "yy": -self.far, "xy": 0.0}),
-            stages=[bsm.Stage(name="hole", excavate=gone, relaxation=list(parts), loads=[more])],
+            stages=[bsm.Stage(name="hole", excavate=gone, relaxation=list(parts), loads=[more], pressure=self.support)],
         )
 
     def errors(self, zones):

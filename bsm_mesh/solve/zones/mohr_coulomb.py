@@ -1,18 +1,14 @@
-"""Mohr-Coulomb rock with a tension cut-off: return to the yield surface in principal stresses, and its tangent.
+"""Mohr-Coulomb rock with a tension cut-off: its yield surface in principal stresses.
 
-Principal stresses are s1 >= s2 >= s3, tension positive, and N = (1 + sin phi) / (1 - sin phi). Rock yields where
-``N s1 - s3 = 2 c sqrt(N)`` (shear) or ``s1 = T`` (tension). Both are planes. On every plane, edge and corner the return
-is a linear map of the trial stress, and so is its derivative. Plastic strain follows the dilation angle in shear (N_psi
-in the place of N) and the normal of the plane in tension.
-
-References
-----------
-Clausen, Damkilde & Andersen (2006), Efficient return algorithms for associated plasticity with multiple yield planes,
-Int. J. Numer. Meth. Engng 66, 1036-1059.
+With N = (1 + sin phi) / (1 - sin phi) rock yields where ``N s1 - s3 = 2 c sqrt(N)`` (shear) or ``s1 = T`` (tension).
+Both are planes. On every plane, edge and corner the return is a linear map of the trial stress, and so is its
+derivative. Plastic strain follows the dilation angle in shear (N_psi in the place of N) and the normal of the plane in
+tension.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, radians, sin, sqrt
@@ -20,34 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.solve.zones.yield_surface import End, Return, YieldSurface
 
 SETS = ((0,), (3,), (0, 1), (0, 2), (0, 3), (3, 4), (0, 3, 4), (0, 2, 3), (3, 4, 5))  # of planes of `Yielding.planes`
-
-
-class Return(NamedTuple):
-    """Where trial stresses end.
-
-    Attributes
-    ----------
-    stress : (n, 4) float64 [Pa]
-        xx, yy, xy, zz.
-    set : (n,) int
-        Number of the planes that are active in `SETS`, from 1; 0: elastic.
-    principal : (n, 3) float64 [Pa]
-        Both principal stresses in the plane, and zz.
-    order : (n, 3) int
-        Which of these is the greatest, the middle, the least.
-    angle, radius : (n,) float64
-        Of the trial stress: twice the angle of the first principal stress in the plane, and half their difference.
-    """
-
-    stress: FloatArray
-    set: IntArray
-    principal: FloatArray
-    order: IntArray
-    angle: FloatArray
-    radius: FloatArray
 
 
 class _Map(NamedTuple):
@@ -61,8 +33,8 @@ class _Map(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Yielding:
-    """The strength of a rock, with the elasticity by which stresses return to it.
+class Yielding(YieldSurface):
+    """The strength of a rock by Mohr and Coulomb.
 
     Attributes
     ----------
@@ -82,11 +54,6 @@ class Yielding:
     friction: float
     dilation: float
     tension: float
-
-    @cached_property
-    def elasticity(self) -> FloatArray:
-        """Stiffness (3, 3) [Pa] from principal strains to principal stresses."""
-        return self.lame * np.ones((3, 3)) + 2 * self.shear * np.eye(3)
 
     @cached_property
     def planes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -114,73 +81,30 @@ class Yielding:
             found.append(_Map(matrix, b @ factor @ bounds[chosen], factor, a, bounds[chosen]))
         return tuple(found)
 
-    def returned(self, trial: FloatArray) -> Return:
-        """Return trial stresses (n, 4) [Pa] to the yield surface where they are beyond it."""
-        xx, yy, xy, zz = trial.T
-        middle, half = (xx + yy) / 2, (xx - yy) / 2
-        radius, angle = np.hypot(half, xy), np.arctan2(xy, half)
-        own = np.stack([middle + radius, middle - radius, zz], axis=1)
-        order = np.argsort(-own, axis=1, kind="stable")
-        in_order = np.take_along_axis(own, order, axis=1)
-        number, found = self._in_order(in_order)
-        principal = np.empty_like(found)
-        np.put_along_axis(principal, order, found, axis=1)
-        a, b, c = principal.T
-        d, e = (a - b) / 2 * np.cos(angle), (a - b) / 2 * np.sin(angle)
-        back = np.stack([(a + b) / 2 + d, (a + b) / 2 - d, e, c], axis=1)
-        stress = np.where((number > 0)[:, None], back, trial)
-        return Return(stress, number, principal, order, angle, radius)
+    @property
+    def strength(self) -> float:
+        """Greatest finite bound [Pa]."""
+        bounds = self.planes[1]
+        return float(np.abs(bounds[np.isfinite(bounds)]).max(initial=0.0))
 
-    def _in_order(self, trial: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the number of the set and the stress of principal stresses (n, 3) in order."""
+    def excess(self, stress: FloatArray) -> FloatArray:
+        """Return by how much principal stresses (n, 3) in order are beyond the planes, (n,) [Pa]; negative within."""
         normals, bounds, _ = self.planes
-        scale = np.maximum(np.abs(trial).max(axis=1, initial=0.0), np.abs(bounds[np.isfinite(bounds)]).max(initial=0.0))
+        most: FloatArray = (stress @ normals.T - bounds).max(axis=1)
+        return most
 
-        def excess(stress: FloatArray) -> FloatArray:
-            most: FloatArray = (stress @ normals.T - bounds).max(axis=1)
-            return most
+    def ends(self, trial: FloatArray, slack: FloatArray) -> Iterator[End]:
+        """Yield where stresses (n, 3) in order end on all `SETS`; `slack` (n,) [Pa] is rounding."""
+        slack = slack * abs(self.planes[0]).max()
+        for one in self.maps:
+            to = trial @ one.matrix.T + one.shift
+            multipliers = (trial @ one.planes.T - one.bound) @ one.factor.T
+            yield End(to, multipliers, self.excess(to) <= slack, np.zeros(len(to)))
 
-        rows = np.flatnonzero(excess(trial) > -ROUNDING * scale)  # on the surface too: there the next stress yields
-        number, stress = np.zeros(len(trial), dtype=np.int64), trial.copy()
-        given, scale = trial[rows], scale[rows]
-        chosen, best = np.zeros(len(rows), dtype=np.int64), given.copy()
-        least = np.full(len(rows), inf)
-        slack = ROUNDING * scale * abs(normals).max()
-        for which, one in enumerate(self.maps, 1):
-            to = given @ one.matrix.T + one.shift
-            multipliers = (given @ one.planes.T - one.bound) @ one.factor.T
-            allowed = (excess(to) <= slack) & (to[:, 1] - to[:, 0] <= slack) & (to[:, 2] - to[:, 1] <= slack)
-            flows = allowed & (multipliers >= -slack[:, None] / self.shear).all(axis=1)
-            moved = given - to  # of what is allowed but flows nowhere the nearest, in energy
-            energy = np.einsum("ni,ni->n", moved, np.linalg.solve(self.elasticity, moved.T).T)
-            energy = np.where(allowed, energy, inf)
-            better = np.where(flows, least > -inf, energy < least)
-            chosen, best = np.where(better, which, chosen), np.where(better[:, None], to, best)
-            least = np.where(flows & better, -inf, np.where(better, energy, least))
-        number[rows], stress[rows] = chosen, best
-        return number, stress
-
-    def tangent(self, found: Return, rows: IntArray) -> FloatArray:
-        """Return the derivatives (k, 3, 3) [Pa] of xx, yy, xy by the strains xx, yy and 2 xy, of some points."""
-        lame, G = self.lame, self.shear
-        by_trial = np.stack([np.eye(3), *(one.matrix for one in self.maps)])[found.set[rows]]
-        order, count = found.order[rows], len(rows)
-        own = np.empty_like(by_trial)
-        at = np.arange(count)[:, None, None]
-        own[at, order[:, :, None], order[:, None, :]] = by_trial
-        elastic = np.array([(lame + 2 * G, lame), (lame, lame + 2 * G), (lame, lame)])
-        local = np.zeros((count, 3, 3))
-        local[:, :2, :2] = (own @ elastic)[:, :2]
-        a, b, _ = found.principal[rows].T
-        radius = found.radius[rows]
-        wide = radius > ROUNDING * np.abs(found.principal[rows]).max(axis=1, initial=0.0)
-        along = (own[:, 0, 0] - own[:, 0, 1] - own[:, 1, 0] + own[:, 1, 1]) / 2
-        local[:, 2, 2] = G * np.where(wide, (a - b) / (2 * np.where(wide, radius, 1.0)), along)
-        c, s = np.cos(found.angle[rows] / 2), np.sin(found.angle[rows] / 2)
-        turn = np.stack([c * c, s * s, c * s, s * s, c * c, -c * s, -2 * c * s, 2 * c * s, c * c - s * s], axis=1)
-        turn = turn.reshape(-1, 3, 3)
-        tangent: FloatArray = turn.transpose(0, 2, 1) @ local @ turn
-        return tangent
+    def by_trial(self, found: Return, rows: IntArray) -> FloatArray:
+        """Return the derivatives (k, 3, 3) of principal stresses by those of the trial, both in order."""
+        matrices: FloatArray = np.stack([np.eye(3), *(one.matrix for one in self.maps)])[found.set[rows]]
+        return matrices
 
 
 def _passive(degrees: float) -> float:

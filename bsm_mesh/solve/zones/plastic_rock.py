@@ -14,9 +14,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
+from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
-from bsm_mesh.solve.zones.mohr_coulomb import Return, Yielding
+from bsm_mesh.solve.zones.hoek_brown import HoekBrownYielding
+from bsm_mesh.solve.zones.mohr_coulomb import Yielding
 from bsm_mesh.solve.zones.rock_faces import rocks_of
+from bsm_mesh.solve.zones.yield_surface import Return, YieldSurface
 
 
 class PlasticCells:
@@ -88,7 +91,7 @@ class PlasticRock:
     ----------
     of : PlasticCells
         The cells.
-    strength : tuple of (rock number, Yielding)
+    strength : tuple of (rock number, YieldSurface)
         Of their rocks.
     there : (c,) bool
         Which are there.
@@ -101,7 +104,7 @@ class PlasticRock:
     """
 
     of: PlasticCells
-    strength: tuple[tuple[int, Yielding], ...]
+    strength: tuple[tuple[int, YieldSurface], ...]
     there: BoolArray
     initial: FloatArray
     without_strain: FloatArray
@@ -174,23 +177,28 @@ class PlasticState:
 
     relief: FloatArray
     yields: BoolArray
-    returns: tuple[tuple[IntArray, Yielding, Return], ...]
+    returns: tuple[tuple[IntArray, YieldSurface, Return], ...]
 
 
-def strength_of(model: Model, of: PlasticCells) -> tuple[tuple[int, Yielding], ...]:
+def strength_of(model: Model, of: PlasticCells) -> tuple[tuple[int, YieldSurface], ...]:
     """Return the strength of the rocks of cells that yield, by the rocks of a stage."""
     found = []
     rocks = rocks_of(model)
     for number in np.unique(of.rock).tolist():
-        rock, stiffness = rocks[number], of.stiffness[np.flatnonzero(of.rock == number)[0]]
-        assert rock.zones is not None
-        strength = Yielding(
-            lame=float(stiffness[0, 1]),
-            shear=float(stiffness[2, 2]),
-            cohesion=rock.cohesion or 0.0,
-            friction=rock.friction or 0.0,
-            dilation=min(rock.zones.dilation, rock.friction or 0.0),
-            tension=rock.tensile_strength or 0.0,
-        )
-        found.append((number, strength))
+        stiffness = of.stiffness[np.flatnonzero(of.rock == number)[0]]
+        found.append((number, _surface(rocks[number], float(stiffness[0, 1]), float(stiffness[2, 2]))))
     return tuple(found)
+
+
+def _surface(rock: Rock, lame: float, shear: float) -> YieldSurface:
+    assert rock.zones is not None
+    if rock.hoek_brown is not None:
+        return HoekBrownYielding(lame=lame, shear=shear, given=rock.hoek_brown, dilation=rock.zones.dilation)
+    return Yielding(
+        lame=lame,
+        shear=shear,
+        cohesion=rock.cohesion or 0.0,
+        friction=rock.friction or 0.0,
+        dilation=min(rock.zones.dilation, rock.friction or 0.0),
+        tension=rock.tensile_strength or 0.0,
+    )
