@@ -17,6 +17,7 @@ from bsm_mesh.pictures.figures import TEXT, entitle, paper, save
 from bsm_mesh.pictures.joint_pictures import draw_state
 from bsm_mesh.pictures.marks import add_rings, arrows
 from bsm_mesh.pictures.scene import Scene
+from bsm_mesh.pictures.zone_pictures import draw_moved_zones, draw_zone_yielding
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -80,11 +81,12 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
     sheets = []
     if good is not None and good in safety.states:
         sheet = new_sheet(_scene(safety.states[good]), figure, (1, 2, 1))
-        sheets.append((sheet, f"last stable, {with_unit(good, safety.unit)}: {draw_state(sheet) or 'no joints'}"))
+        caption = draw_state(sheet) or draw_zone_yielding(sheet) or "no joints"
+        sheets.append((sheet, f"last stable, {with_unit(good, safety.unit)}: {caption}"))
     if bad is not None and bad in safety.states:
         fails = np.zeros(0, dtype=np.int32) if safety.mechanism is None else safety.mechanism.blocks
         sheet, factor = _draw_failure(_scene(safety.states[bad]), fails, figure)
-        shown = f", drawn {factor:.2g} times as far" if factor > 1.05 else ""
+        shown = f", drawn {factor:.2g} times as far" if not 0.95 < factor < 1.05 else ""
         sheets.append((sheet, f"first unstable, {with_unit(bad, safety.unit)}: displacement{shown}"))
     for sheet, caption in sheets:
         width = int(LETTERS * figure.get_figwidth() / len(sheets))
@@ -101,7 +103,10 @@ def _scene(results: Results) -> Scene:
 
 
 def _draw_failure(scene: Scene, fails: IntArray, figure: Figure) -> tuple[Sheet, float]:
-    """Draw the blocks at the end, those that fail marked; return how many times their movement is exaggerated."""
+    """Draw the blocks at the end, those that fail marked; return the factor of their movement.
+
+    Blocks with zones have displacements of a search without end: all of them are drawn by the same factor.
+    """
     stage, blocks = scene.stage, scene.results.blocks
     size = np.sqrt(blocks.moments.area)
     chosen = np.zeros(blocks.count, dtype=bool)
@@ -109,21 +114,25 @@ def _draw_failure(scene: Scene, fails: IntArray, figure: Figure) -> tuple[Sheet,
     moved = stage.stage_displacement.copy()
     far = np.hypot(*moved[:, :2].T)
     shown, greatest = SHOWN * float(size[chosen].max(initial=0.0)), float(far[chosen].max(initial=0.0))
-    factor = max(1.0, shown / greatest) if greatest > 0 else 1.0
-    moved *= (factor * np.minimum(1.0, shown / np.maximum(factor * far, 1e-300)))[:, None]
+    factor = max(1.0 if stage.zones is None else 0.0, shown / greatest) if greatest > 0 else 1.0
+    most = np.inf if stage.zones is not None else shown
+    moved *= (factor * np.minimum(1.0, most / np.maximum(factor * far, 1e-300)))[:, None]
     outlines = _outlines(scene.results, stage, moved)
     x0, y0, x1, y1 = scene.view
     corners = np.concatenate([[(x0, y0), (x1, y1)], *outlines])
     window = (*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
     sheet = new_sheet(replace(scene, window=window), figure, (1, 2, 2))
-    colours = [FALLS if each else ROCKS[0] for each in chosen[scene.here]]
-    sheet.polygons(outlines, facecolors=colours, edgecolors=LINE, linewidths=0.5)
+    if stage.zones is not None and stage.zones.yielded.any():
+        draw_moved_zones(sheet, factor)
+    else:
+        colours = [FALLS if each else ROCKS[0] for each in chosen[scene.here]]
+        sheet.polygons(outlines, facecolors=colours, edgecolors=LINE, linewidths=0.5)
+        sheet.explain_patch("fails", facecolor=FALLS, edgecolor=LINE)
     start = blocks.moments.centroid + (stage.displacement - stage.stage_displacement)[:, :2]
     rows = scene.here[chosen[scene.here] & (far[scene.here] > 0)]
     arrows(sheet, start[rows], moved[rows, :2], TEXT, width=0.004)
     rows = np.flatnonzero(chosen & stage.present)
     add_rings(sheet, rows, start[rows] + moved[rows, :2])
-    sheet.explain_patch("fails", facecolor=FALLS, edgecolor=LINE)
     return sheet, factor
 
 

@@ -45,6 +45,17 @@ def _draw_stress(sheet: Sheet, which: int, name: str, words: str) -> str | None:
     return f"{words} in {len(chosen)} zones, {span}{remark}{gone}"
 
 
+def draw_moved_zones(sheet: Sheet, factor: float) -> None:
+    """Draw the zones where they moved to, their displacement times a factor, by plastic shear strain."""
+    zones = sheet.scene.stage.zones
+    assert zones is not None
+    corners = list((zones.points + factor * zones.displacement)[zones.cells[:, :3]])
+    (low, high), _ = limits(zones.plastic_strain)
+    drawn = sheet.polygons(corners, array=zones.plastic_strain, cmap="cividis", edgecolors="face", linewidths=0.1)
+    drawn.set_clim(low, high)
+    sheet.scale(drawn, "plastic shear strain")
+
+
 def _draw(sheet: Sheet, zones: ZoneResult, chosen: IntArray, values: FloatArray, label: str) -> tuple[str, str]:
     """Draw some zones by a value, (k,) each, and return remarks on its scale and on blocks that are gone."""
     add_paper(sheet)

@@ -130,7 +130,9 @@ def factor_of_safety(
             continue
         others.append((text, _search(other_runs, limit, settings, report).bracket))
     notes += _on_spread(found.bracket, others)
-    answer = answer_of(found, limit, "factor of safety", name, STARTS[runs.start].format(stage=name), str(reduction))
+    answer = answer_of(
+        found, limit, "factor of safety", name, STARTS[runs.start].format(stage=name), reduction.words(model)
+    )
     return replace(answer, spread=tuple(others), notes=tuple(notes), beside=beside(found.bracket, limit, settings))
 
 

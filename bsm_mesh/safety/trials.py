@@ -78,10 +78,16 @@ class Reduction:
             )
         return dict.fromkeys(names, 1 / factor)
 
-    def __str__(self) -> str:
-        """Return the reduced quantity, in words."""
-        parts = ["all joints" if self.joints is None else f"joint {', '.join(self.joints)}"]
-        parts += ["rock faces"] * self.rocks + ["bolts"] * self.bolts
+    def words(self, model: Model) -> str:
+        """Return the reduced quantity of a model, in words."""
+        zones = self.rocks and any(rock.yields for rock in model.rocks)
+        faces = self.rocks and (not zones or any(rock.has_strength and not rock.yields for rock in model.rocks))
+        parts = []
+        if self.joints is not None:
+            parts.append(f"joint {', '.join(self.joints)}")
+        elif model.joints or not zones:
+            parts.append("all joints")
+        parts += ["rock faces"] * faces + ["rock in zones"] * zones + ["bolts"] * self.bolts
         return ", ".join(parts)
 
 

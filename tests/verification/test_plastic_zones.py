@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.model.strength import with_strength
+from bsm_mesh.pictures.safety_pictures import draw_mechanism
+from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.zones import equilibrium
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.equilibrium import find_equilibrium
@@ -93,7 +95,7 @@ def test_strip_footing():
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("dilation", [0.0, 20.0])
-def test_factor_of_a_homogeneous_slope(dilation):
+def test_factor_of_a_homogeneous_slope(dilation, tmp_path):
     """From 2 % below Bishop & Morgenstern's 1.380 to 2 % above Griffiths & Lane's 1.4, with and without dilation."""
     found = bsm.factor_of_safety(slope(dilation=dilation), tolerance=0.02)
     assert found.is_closed
@@ -101,6 +103,23 @@ def test_factor_of_a_homogeneous_slope(dilation):
     assert found.stable < 1.02 * 1.4
     assert "yields without end" in next(one.reason for one in found.trials if one.value == found.unstable)
     assert len(found.mechanism.blocks) > 3
+    assert found.changed == "rock in zones"
+    zones = found.states[found.unstable].stages[-1].zones
+    assert zones.yielded.any()
+    assert zones.plastic_strain.max() > found.states[found.stable].stages[-1].zones.plastic_strain.max()
+    draw_mechanism(found, "slope", tmp_path / "mechanism.png")
+    assert (tmp_path / "mechanism.png").stat().st_size > 10_000
+
+
+def test_the_reduced_strength_is_named():
+    """Of zones that yield it is the rock's, beside joints and faces where there are any."""
+    model = slope()
+    assert Reduction().words(model) == "rock in zones"
+    other = bsm.Rock("other", unit_weight=0.0, cohesion=1e5)
+    joint = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))
+    more = model.replace(rocks=[*model.rocks, other], joints=[joint])
+    assert Reduction(bolts=True).words(more) == "all joints, rock faces, rock in zones, bolts"
+    assert Reduction(joints=("J1",), rocks=False).words(more) == "joint J1"
 
 
 def test_no_equilibrium_is_nearer_than_the_bound(monkeypatch):

@@ -163,6 +163,9 @@ class StageRun:
             if not converged:
                 break
         self.reactions = held.rows.T @ at.multipliers
+        plastic = equations.plastic
+        if plastic is not None and at.plastic is not None and not converged:
+            plastic = plastic.after(at.plastic)  # stresses of the last state, not those of elastic rock there
         return StageEnd(
             name=name,
             converged=converged,
@@ -184,7 +187,7 @@ class StageRun:
             history=equations.history,
             model=state.model,
             rock=self.rock,
-            plastic=equations.plastic,
+            plastic=plastic,
             large=equations.large,
             leaves=converged and equations.leaves(at),
             unknowns=equations.free.free.size,
