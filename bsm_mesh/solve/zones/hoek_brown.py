@@ -259,20 +259,22 @@ def _root(
 ) -> FloatArray:
     """Return the roots (n,) of increasing functions between bounds, or the bound that is nearer.
 
-    Newton's method from the upper bound; a step out of the bracket is halved.
+    Newton's method from the upper bound. The bracket is halved where a step leaves it or is not half of the last one.
     """
     low, high = low.copy(), high.copy()
     every = np.arange(len(low))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         above, below = beyond(low, every)[0] >= 0, beyond(high, every)[0] <= 0
         y: FloatArray = np.where(above, low, high)
-        rows = np.flatnonzero(~above & ~below)
+        rows, step = np.flatnonzero(~above & ~below), np.full_like(low, np.inf)
         while rows.size:
             value, slope = beyond(y[rows], rows)
             now = y[rows]
             high[rows], low[rows] = np.where(value > 0, now, high[rows]), np.where(value > 0, low[rows], now)
             new = now - value / slope
             inside = (new >= low[rows]) & (new <= high[rows])
+            inside &= np.abs(new - now) <= step[rows] / 2  # else the bracket is halved, so that the search ends
             y[rows] = np.where(inside, new, (low[rows] + high[rows]) / 2)
+            step[rows] = np.abs(y[rows] - now)
             rows = rows[np.abs(y[rows] - now) > ROUNDING * now]  # the step after it would be below double precision
     return y
