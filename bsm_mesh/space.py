@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.check import check_stage
     from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
     from bsm_mesh.three_d.joint_polygons import joint_polygons
+    from bsm_mesh.three_d.limit.of_model import limit_in_space, strength_in_space
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.bolts import pass_polyhedra
     from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
@@ -34,11 +35,13 @@ __all__ = [
     "faults_in_space",
     "forces_in_space",
     "joint_polygons",
+    "limit_in_space",
     "notes_in_space",
     "pass_polyhedra",
     "proof_in_space",
     "refuse_unready",
     "some_polyhedra",
+    "strength_in_space",
 ]
 
 HOMES = {
@@ -51,11 +54,13 @@ HOMES = {
     "faults_in_space": "bsm_mesh.three_d.model.given",
     "forces_in_space": "bsm_mesh.three_d.model.loads",
     "joint_polygons": "bsm_mesh.three_d.joint_polygons",
+    "limit_in_space": "bsm_mesh.three_d.limit.of_model",
     "notes_in_space": "bsm_mesh.three_d.model.notes",
     "pass_polyhedra": "bsm_mesh.three_d.model.bolts",
     "proof_in_space": "bsm_mesh.three_d.proof",
     "refuse_unready": "bsm_mesh.three_d.model.given",
     "some_polyhedra": "bsm_mesh.three_d.model.parts",
+    "strength_in_space": "bsm_mesh.three_d.limit.of_model",
 }
 
 if not TYPE_CHECKING:

@@ -231,9 +231,9 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
 def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
     """Ask statics alone whether a stage of MODEL can be at rest, its blocks where they were given.
 
-    A linear program over the contact forces, without stiffness or movement. "Inadmissible" proves that the blocks
-    must move; "admissible" proves nothing. With --load or --tilt it finds the greatest factor or angle; with --strength
-    the factor beyond which the blocks must move: an upper bound of every factor of safety.
+    A linear program over the contact forces, in space a conic one, without stiffness or movement. "Inadmissible"
+    proves that the blocks must move; "admissible" proves nothing. With --load or --tilt it finds the greatest factor or
+    angle; with --strength the factor beyond which the blocks must move: an upper bound of every factor of safety.
     """
     from bsm_mesh.commands.limit import analyse_limit
 

@@ -8,6 +8,8 @@ from typing import Any
 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.model.loads import Load
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.modelfile.build import LoadedModel, load_model_file
@@ -15,6 +17,7 @@ from bsm_mesh.solve.limit.analysis import LimitAnalysis, limit_analysis, limit_t
 from bsm_mesh.solve.limit.strength_factor import StrengthLimit, strength_limit
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
+from bsm_mesh.three_d.limit.of_model import SpaceLimit, limit_in_space, strength_in_space
 
 
 def analyse_limit(
@@ -36,9 +39,17 @@ def analyse_limit(
         raise ModelError("limit: give one of --load, --tilt and --strength")
     if not strength and (joints or bolts or rocks is not None):
         raise ModelError("limit: --joints, --rocks and --bolts say what --strength divides: give --strength too")
-    loaded = load_model_file(path, scripts=scripts)
+    loaded = load_model_file(path, scripts=scripts, space=True)
     added = AddedFiles(output or loaded.output_folder)
     model = loaded.model
+    if in_space(model.blocks):
+        if tilt or rocks is not None:
+            raise ModelError("limit: --tilt and --rocks are for the plane; in space give [gravity] with its trend")
+        found_there = _in_space(model, numbers, stage, strength, joints, bolts)
+        _tell(
+            loaded, added, found_there, _space_told(found_there), _space_rows(found_there, numbers, strength), as_json
+        )
+        return
     if strength:
         rocks = not joints if rocks is None else rocks
         divided = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
@@ -58,7 +69,7 @@ def analyse_limit(
 def _tell(
     loaded: LoadedModel,
     added: AddedFiles,
-    found: LimitAnalysis | StrengthLimit,
+    found: LimitAnalysis | StrengthLimit | SpaceLimit,
     told: dict[str, Any],
     rows: list[tuple[str, str]],
     as_json: bool,
@@ -66,7 +77,10 @@ def _tell(
     """Print an answer, as JSON or as a table and in words, and write its mechanism where there is one."""
     model, file = loaded.model, None
     if found.mechanism.any():
-        from bsm_mesh.converters.result_files import write_mechanism
+        if in_space(model.blocks):
+            from bsm_mesh.converters.three_d import write_mechanism
+        else:
+            from bsm_mesh.converters.result_files import write_mechanism
 
         with added.file("limit.vtu") as draft:
             write_mechanism(model.blocks, found.mechanism, found.present, draft)
@@ -85,14 +99,54 @@ def _tell(
         say(f"collapse mechanism written to {file}")
 
 
+def _in_space(
+    model: Model, numbers: tuple[int, ...], stage: str | None, strength: bool, joints: tuple[str, ...], bolts: bool
+) -> SpaceLimit:
+    """Return the answer for polyhedra."""
+    if strength:
+        return strength_in_space(model, joints or None, stage, bolts=bolts)
+    dead, live = _split(model, numbers) if numbers else (model, None)
+    return limit_in_space(dead, live, stage)
+
+
+def _space_told(found: SpaceLimit) -> dict[str, Any]:
+    """Return the JSON record of an answer for polyhedra."""
+    return {
+        "stage": found.stage,
+        "admissible": found.admissible,
+        "factor": _finite(found.factor),
+        "beyond": _finite(found.beyond),
+    }
+
+
+def _space_rows(found: SpaceLimit, numbers: tuple[int, ...], strength: bool) -> list[tuple[str, str]]:
+    """Return the table of an answer for polyhedra."""
+    which = f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads together"
+    return [
+        ("stage", found.stage),
+        ("contact points", str(found.points)),
+        ("of them without a limit of strength", str(found.unlimited)),
+        (
+            f"greatest factor on {'the strength' if strength else which}",
+            f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit",
+        ),
+    ]
+
+
 def _with_live_loads(model: Model, numbers: tuple[int, ...], stage: str | None) -> LimitAnalysis:
     """Return the analysis with the factor on the loads of these numbers, from 1, the others staying."""
+    dead, live = _split(model, numbers)
+    return limit_analysis(dead, live, stage=stage)
+
+
+def _split(model: Model, numbers: tuple[int, ...]) -> tuple[Model, list[Load]]:
+    """Return the model without its loads of these numbers, from 1, and those loads."""
     outside = [k for k in numbers if not 1 <= k <= len(model.loads)]
     if outside:
         raise ModelError(f"limit: there is no [[load]] number {outside[0]}; the model has {len(model.loads)}")
     live = [model.loads[k - 1] for k in numbers]
     dead = tuple(load for k, load in enumerate(model.loads) if k + 1 not in numbers)
-    return limit_analysis(model.replace(loads=dead), live, stage=stage)
+    return model.replace(loads=dead), live
 
 
 def _finite(factor: float) -> float | None:

@@ -115,7 +115,7 @@ def validated(content: dict[str, Any], name: str) -> ModelFile:
         )
     if content.get("dimensions") == 3:
         raise ModelError(
-            f"{name}: is a model of three dimensions; only bsm-mesh run, check, safety and key-blocks read it"
+            f"{name}: is a model of three dimensions; only bsm-mesh run, check, safety, limit and key-blocks read it"
         )
     try:
         return ModelFile.model_validate(content)

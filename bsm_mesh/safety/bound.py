@@ -10,6 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.falls import Falls
+from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import angles, distances
 from bsm_mesh.results.evidence import Proof
@@ -52,6 +53,7 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
     from bsm_mesh.solve.limit.strength_factor import strength_limit
 
     try:
+        refuse_space(model.blocks, "limit analysis")
         part = as_built(model)
         small = small_blocks(part.model, falls)
         while True:

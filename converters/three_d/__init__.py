@@ -2,6 +2,14 @@
 
 from bsm_mesh.converters.three_d.pictures import draw_key_blocks
 from bsm_mesh.converters.three_d.solid_meshes import read_polyhedra
-from bsm_mesh.converters.three_d.vtu import block_grid, contact_grid, write_blocks, write_contacts
+from bsm_mesh.converters.three_d.vtu import block_grid, contact_grid, write_blocks, write_contacts, write_mechanism
 
-__all__ = ["block_grid", "contact_grid", "draw_key_blocks", "read_polyhedra", "write_blocks", "write_contacts"]
+__all__ = [
+    "block_grid",
+    "contact_grid",
+    "draw_key_blocks",
+    "read_polyhedra",
+    "write_blocks",
+    "write_contacts",
+    "write_mechanism",
+]

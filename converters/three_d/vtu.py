@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.vtk_files import Compression, Faces, Grid, write_vtu
 from bsm_mesh.converters.vtk_library import POLYGON, POLYHEDRON, numbered
 from bsm_mesh.errors import ModelError
-from bsm_mesh.movements import carried
+from bsm_mesh.movements import carried, cross
 from bsm_mesh.reading import as_path
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -150,6 +151,24 @@ def write_contacts(path: str | os.PathLike[str], blocks: Polyhedra, *, compressi
     target = _target(path)
     write_vtu(target, contact_grid(blocks), compression=compression)
     return target
+
+
+def write_mechanism(blocks: Polyhedra, velocity: FloatArray, present: BoolArray, path: Path) -> None:
+    """Write a collapse mechanism (n, 6) of blocks that are there (n,): the point array ``velocity``.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be written.
+    """
+    data = {"centroid_velocity": velocity[:, :3], "turn": velocity[:, 3:]}
+    grid = block_grid(blocks, present=present, cell_data=data)
+    at = blocks.moments.centroid[grid.cell_data["block_id"]]
+    sizes = np.diff(grid.offsets)
+    moved = np.repeat(velocity[present], sizes, axis=0)
+    arm = grid.points - np.repeat(at, sizes, axis=0)
+    points = {"velocity": moved[:, :3] + cross(moved[:, 3:], arm)}
+    write_vtu(path, replace(grid, point_data=points))
 
 
 def _target(path: str | os.PathLike[str]) -> Path:

@@ -10,7 +10,6 @@ from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.in_stage import model_in_stage, model_up_to, resting_stage
-from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, presence
@@ -27,7 +26,6 @@ def as_built(model: Model) -> SubModel:
     ModelError
         If statics alone cannot determine what acts there: part of the excavation forces is held, bolts are cut.
     """
-    refuse_space(model.blocks, "limit analysis")
     if model.stages and model.stages[-1].relaxation[-1] < 1:
         raise ModelError(
             f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot determine; "

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.moments import Moments
 from bsm_mesh.three_d.limit.program import NOTHING, ConeProgram, Optimum
 from bsm_mesh.three_d.limit.strength import ConeStrength
+from bsm_mesh.three_d.limit.ties import Ties
 
 MOST = 1000.0  # greatest factor sought, 1 / MOST the least
 ACCURACY = 1e-5  # relative, of the factor
@@ -38,9 +39,10 @@ class Witness:
     velocity : (n, 6) float64 [m, rad]
         The mechanism.
     power, dissipation : float [N m]
-        Of the loads, and by cohesion and tensile strength.
+        Of the loads, and by cohesion, tensile strength and bolts.
     closing : float [m]
-        By how much the points slip without opening by slope times slip, in all.
+        By how much the points slip without opening by slope times slip, in all; with what supports and unlimited bolts
+        would have to move.
     least : float
         Least force that balances, over all loads together; infinite where nothing closes.
     """
@@ -69,6 +71,8 @@ class ConeAnalysis:
         Of the points, with the missing strength, compression positive.
     shear : (m, 3) float64 [N]
         Shear force on block_b.
+    ties : (t,) float64 [N]
+        Forces in supports and bolts.
     witness : Witness
         The mechanism of the strength that is lacking; it proves something only where forces do not exist.
     """
@@ -76,6 +80,7 @@ class ConeAnalysis:
     lacking: float
     pressure: FloatArray
     shear: FloatArray
+    ties: FloatArray
     witness: Witness
 
     @property
@@ -108,14 +113,23 @@ class LimitAnalysis3D:
         Blocks that bear whatever comes.
     rule : str
         Contact points: ``both`` or ``corners``.
+    ties : Ties, optional
+        Supports of blocks that are not fixed, and bolts.
     """
 
-    def __init__(self, moments: Moments, polygons: ContactPolygons, fixed: BoolArray, rule: str = "both") -> None:
+    def __init__(
+        self,
+        moments: Moments,
+        polygons: ContactPolygons,
+        fixed: BoolArray,
+        rule: str = "both",
+        ties: Ties | None = None,
+    ) -> None:
         self.moments, self.rule = moments, rule
         self.chosen = np.flatnonzero(~(fixed[polygons.block_a] & fixed[polygons.block_b]))  # of the polygons given
         self.polygons = polygons.some(self.chosen)
         self.points = self.polygons.points(rule)
-        self.program = ConeProgram(moments, self.polygons, self.points, fixed)
+        self.program = ConeProgram(moments, self.polygons, self.points, fixed, ties)
 
     def rows_in(self, polygon: IntArray) -> IntArray:
         """Return which of the points of the polygons given, of which `polygon` (k,) tells, are points here."""
@@ -124,10 +138,12 @@ class LimitAnalysis3D:
     def analyse(self, loads: FloatArray, strength: ConeStrength) -> ConeAnalysis:
         """Return whether forces within strength balance loads (n, 6) [N, N m], and the mechanism if not."""
         found = self.program.balance(loads, strength)
-        witness = self.witness(found.velocity, loads, strength)
+        witness = self.witness(found.velocity, loads, strength, found.slip)
         if found.value > NOTHING and not witness.proves:
             witness = self._among_moving(found.velocity, loads, strength) or witness
-        return ConeAnalysis(lacking=found.value, pressure=found.pressure, shear=found.shear, witness=witness)
+        return ConeAnalysis(
+            lacking=found.value, pressure=found.pressure, shear=found.shear, ties=found.ties, witness=witness
+        )
 
     def _among_moving(self, velocity: FloatArray, loads: FloatArray, strength: ConeStrength) -> Witness | None:
         """Return the witness of the blocks that move alone, all others fixed; None where these can be at rest then.
@@ -138,27 +154,32 @@ class LimitAnalysis3D:
         rates[:, 3:] *= self.program.radius[:, None]
         speed = np.linalg.norm(rates, axis=1)
         still = speed < SLOW * speed.max()
-        part = LimitAnalysis3D(self.moments, self.polygons, self.program.fixed | still, self.rule)
+        part = LimitAnalysis3D(self.moments, self.polygons, self.program.fixed | still, self.rule, self.program.ties)
         rows = part.rows_in(self.points.polygon)
-        some = ConeStrength(
-            slope=strength.slope[rows], intercept=strength.intercept[rows], tension=strength.tension[rows]
+        some = replace(
+            strength, slope=strength.slope[rows], intercept=strength.intercept[rows], tension=strength.tension[rows]
         )
         found = part.program.balance(loads, some)
-        return part.witness(found.velocity, loads, some) if found.value > NOTHING else None
+        return part.witness(found.velocity, loads, some, found.slip) if found.value > NOTHING else None
 
     def load_factor(self, dead: FloatArray, live: FloatArray, strength: ConeStrength) -> Optimum:
         """Return the greatest factor on live loads with dead ones, with its mechanism; an upper bound."""
         return self.program.maximise(dead, live, strength)
 
-    def strength_factor(self, loads: FloatArray, strength: ConeStrength) -> float:
+    def strength_factor(
+        self, loads: FloatArray, strength: ConeStrength, chosen: BoolArray | None = None, *, bolts: bool = False
+    ) -> float:
         """Return the greatest factor by which strength may be divided while forces balance the loads; an upper bound.
 
-        0 where a thousandfold strength does not suffice, infinite where a thousandth does.
+        Divided is that of all points, or of chosen ones (m,), and of the bolts or not. 0 where a thousandfold strength
+        does not suffice, infinite where a thousandth does.
         """
         from scipy.optimize import brentq
 
         def lacking(logarithm: float) -> float:
-            return self.program.balance(loads, strength.divided(math.exp(logarithm))).value - NOTHING
+            return (
+                self.program.balance(loads, strength.divided(math.exp(logarithm), chosen, bolts=bolts)).value - NOTHING
+            )
 
         low, high = -math.log(MOST), math.log(MOST)
         if lacking(high) <= 0:
@@ -167,8 +188,11 @@ class LimitAnalysis3D:
             return 0.0
         return math.exp(brentq(lacking, low, high, xtol=ACCURACY))
 
-    def witness(self, velocity: FloatArray, loads: FloatArray, strength: ConeStrength) -> Witness:
-        """Return the proof by a mechanism for loads and strength, by NumPy alone."""
+    def witness(
+        self, velocity: FloatArray, loads: FloatArray, strength: ConeStrength, of_bolts: FloatArray | None = None
+    ) -> Witness:
+        """Return the proof by a mechanism for loads and strength, by NumPy alone; `of_bolts`: slips at their nodes."""
+        slips = np.zeros(len(self.program.ties.capacity)) if of_bolts is None else of_bolts
         opening, slip = self.program.rates(velocity)
         speed = np.linalg.norm(slip, axis=1)
         bounded = np.isfinite(strength.intercept).any(axis=1)
@@ -185,7 +209,8 @@ class LimitAnalysis3D:
         closing = np.where(bounded, np.maximum(-over, 0), np.abs(opening) + speed)
         free = self.program.free
         power = float((velocity[free] * loads[free]).sum())
-        dissipation, gap = float(taken.sum()), float(closing.sum())
+        of_ties, moved = self.program.ties.taken(self.program.tie_rates(velocity), slips, strength.bolts)
+        dissipation, gap = float(taken.sum()) + of_ties, float(closing.sum()) + moved
         whole = float(np.linalg.norm(loads[free, :3], axis=1).sum())
         least = math.inf if gap == 0 else max(power - dissipation, 0.0) / (gap * max(whole, 1e-300))
         return Witness(velocity=velocity, power=power, dissipation=dissipation, closing=gap, least=least)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import clarabel
 import numpy as np
-from scipy.sparse import coo_array, csc_array, hstack, vstack
+from scipy.sparse import block_array, coo_array, csc_array, hstack, vstack
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError
@@ -16,6 +16,7 @@ from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolyg
 from bsm_mesh.three_d.blocks.moments import Moments
 from bsm_mesh.three_d.blocks.polygons import tangents
 from bsm_mesh.three_d.limit.strength import ConeStrength
+from bsm_mesh.three_d.limit.ties import Ties
 
 NOTHING = 1e-7  # over the mean load of a block: a smaller shortfall is none; programs are solved to 1e-10
 
@@ -35,19 +36,26 @@ class Optimum:
     velocity : (n, 6) float64 [m, rad]
         The mechanism: velocities and rates of rotation of the blocks, the greatest of a centroid, or of rotation times
         radius of gyration, 1.
+    ties : (t,) float64 [N]
+        Forces in supports and bolts.
+    slip : (n_nodes,) float64 [m]
+        Of the bolts against the rock, in the mechanism.
     """
 
     value: float
     pressure: FloatArray
     shear: FloatArray
     velocity: FloatArray
+    ties: FloatArray
+    slip: FloatArray
 
 
 class ConeProgram:
     """Equilibrium and strength of contact points as the matrices of a conic program.
 
-    The unknowns are pressure and two shear forces of every point. Strength is associated: where a point slides the
-    program lets it open by slope times slip, so that its load and strength factors are upper bounds.
+    The unknowns are pressure and two shear forces of every point, and the forces of supports and bolts. Strength is
+    associated: where a point slides the program lets it open by slope times slip, so that its load and strength factors
+    are upper bounds.
 
     Parameters
     ----------
@@ -57,10 +65,20 @@ class ConeProgram:
         Where blocks touch.
     fixed : (n,) bool
         Blocks that bear whatever comes.
+    ties : Ties, optional
+        Supports and bolts; none by default.
     """
 
-    def __init__(self, moments: Moments, polygons: ContactPolygons, points: ContactPoints, fixed: BoolArray) -> None:
+    def __init__(
+        self,
+        moments: Moments,
+        polygons: ContactPolygons,
+        points: ContactPoints,
+        fixed: BoolArray,
+        ties: Ties | None = None,
+    ) -> None:
         self.fixed, self.points, self.radius = fixed, points, moments.gyration
+        self.ties = ties or Ties.none()
         self.centroid = moments.centroid
         self.block_a, self.block_b = polygons.block_a[points.polygon], polygons.block_b[points.polygon]
         normal = polygons.normal[points.polygon]
@@ -71,7 +89,7 @@ class ConeProgram:
         self.equilibrium = self._equilibrium()
 
     def _equilibrium(self) -> csc_array:
-        """Return forces, and moments over radii of gyration, that unit forces of the points give the free blocks."""
+        """Return forces, and moments over radii of gyration, that the unknowns' unit forces give the free blocks."""
         number = np.full(len(self.fixed), -1)
         number[self.free] = np.arange(len(self.free))
         rows, cols, values = [], [], []
@@ -83,8 +101,27 @@ class ConeProgram:
                 values.append(np.concatenate([force, np.cross(arm, force)], axis=1).reshape(-1))
                 rows.append((6 * number[block[point], None] + np.arange(6)).reshape(-1))
                 cols.append(np.repeat(3 * point + axis, 6))
-        shape = (6 * len(self.free), 3 * self.points.count)
+        ties = self.ties
+        acts = np.flatnonzero(number[ties.block] >= 0)
+        values.append(self._on_blocks[acts].reshape(-1))
+        rows.append((6 * number[ties.block[acts], None] + np.arange(6)).reshape(-1))
+        cols.append(np.repeat(3 * self.points.count + ties.column[acts], 6))
+        shape = (6 * len(self.free), self.unknowns)
         return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=shape).tocsc()
+
+    @property
+    def unknowns(self) -> int:
+        """Number of the unknown forces."""
+        return 3 * self.points.count + self.ties.count
+
+    @property
+    def _on_blocks(self) -> FloatArray:
+        """Forces, and moments over radii of gyration, of the ties' unit forces, (k, 6)."""
+        ties, radius = self.ties, self.radius[self.ties.block, None]
+        arm = (ties.point - self.centroid[ties.block]) / radius
+        turns = ties.turns[:, None]
+        moment = np.where(turns, ties.direction / radius, np.cross(arm, ties.direction))
+        return np.hstack([np.where(turns, 0.0, ties.direction), moment])
 
     def balance(self, loads: FloatArray, strength: ConeStrength) -> Optimum:
         """Return the least strength, in shear and tension alike, that all points lack to balance loads (n, 6) [N, N m].
@@ -94,10 +131,10 @@ class ConeProgram:
         reference = self._reference(loads)
         matrix, right, cones, lacking = self._strength(strength, reference)
         column = np.concatenate([np.zeros(self.equilibrium.shape[0]), lacking])
-        least = np.append(np.zeros(3 * self.points.count), -1.0)  # not below minus the mean load of a block
+        least = np.append(np.zeros(self.unknowns), -1.0)  # not below minus the mean load of a block
         whole = vstack([hstack([vstack([self.equilibrium, matrix]), column[:, None]]), least[None]]).tocsc()
         right = np.concatenate([-self._scaled(loads) / reference, right, [1.0]])
-        cost = np.append(np.zeros(3 * self.points.count), 1.0)
+        cost = np.append(np.zeros(self.unknowns), 1.0)
         return self._solved(cost, whole, right, [*cones, clarabel.NonnegativeConeT(1)], reference)
 
     def maximise(self, dead: FloatArray, live: FloatArray, strength: ConeStrength) -> Optimum:
@@ -107,7 +144,7 @@ class ConeProgram:
         column = np.concatenate([self._scaled(live) / reference, np.zeros(matrix.shape[0])])
         whole = hstack([vstack([self.equilibrium, matrix]), column[:, None]]).tocsc()
         right = np.concatenate([-self._scaled(dead) / reference, right])
-        cost = np.append(np.zeros(3 * self.points.count), -1.0)
+        cost = np.append(np.zeros(self.unknowns), -1.0)
         return self._solved(cost, whole, right, cones, reference)
 
     def _strength(
@@ -141,7 +178,10 @@ class ConeProgram:
         shape = (count + len(point), 3 * self.points.count)
         triplets = np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))
         matrix = coo_array(triplets, shape=shape).tocsc()
-        return matrix, np.concatenate(right), cones, np.concatenate(lacking)
+        bolts, most, of_bolts = self.ties.rows(strength.bolts)  # their rows come first
+        whole = csc_array(block_array([[None, bolts], [matrix, None]]))
+        right, lacking = [most / reference, *right], [np.zeros(len(most)), *lacking]
+        return whole, np.concatenate(right), [*of_bolts, *cones], np.concatenate(lacking)
 
     def _solved(
         self, cost: FloatArray, matrix: csc_array, right: FloatArray, cones: list[object], reference: float
@@ -151,23 +191,42 @@ class ConeProgram:
         sense = float(cost[-1])
         if answer is not Answer.SOLVED:
             value = math.inf if answer is Answer.UNBOUNDED else 0.0
-            forces, velocity = np.zeros((self.points.count, 3)), np.zeros((len(self.fixed), 6))
+            x, velocity = np.zeros(self.unknowns), np.zeros((len(self.fixed), 6))
+            slip = np.zeros(len(self.ties.capacity))
         else:
             value = float(found.x[-1])
-            forces = np.array(found.x[:-1]).reshape(-1, 3) * reference
-            velocity = self.mechanism(np.array(found.z[:balances]))
+            x = np.array(found.x[:-1]) * reference
+            z = np.array(found.z)
+            velocity, slip = self.mechanism(z[:balances], z[balances:])
+        forces = x[: 3 * self.points.count].reshape(-1, 3)
         shear = np.einsum("mk,mkj->mj", forces[:, 1:], self.basis[:, 1:])
-        return Optimum(value=value if sense else 0.0, pressure=forces[:, 0], shear=shear, velocity=velocity)
+        return Optimum(
+            value=value if sense else 0.0,
+            pressure=forces[:, 0],
+            shear=shear,
+            velocity=velocity,
+            ties=x[3 * self.points.count :],
+            slip=slip,
+        )
 
-    def mechanism(self, multipliers: FloatArray) -> FloatArray:
-        """Return multipliers of equilibrium as velocities (n, 6) of the blocks, the greatest 1."""
+    def mechanism(self, multipliers: FloatArray, of_bolts: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return velocities (n, 6) of the blocks, the greatest 1, and slips of the bolts, from multipliers."""
         rates = np.zeros((len(self.fixed), 6))
         rates[self.free] = multipliers.reshape(-1, 6)
+        slip = self.ties.slips(of_bolts)
         size = max(np.linalg.norm(rates[:, :3], axis=1).max(), np.linalg.norm(rates[:, 3:], axis=1).max())
         if size > 0:
             rates /= size
+            slip /= size
         rates[:, 3:] /= self.radius[:, None]
-        return rates
+        return rates, slip
+
+    def tie_rates(self, velocity: FloatArray) -> FloatArray:
+        """Return the power of minus the unit forces of supports and bolts, (t,) [m]."""
+        moved = velocity[self.ties.block].copy()
+        moved[:, 3:] *= self.radius[self.ties.block, None]
+        power = -np.einsum("ij,ij->i", self._on_blocks, moved)
+        return np.bincount(self.ties.column, weights=power, minlength=self.ties.count)
 
     def _scaled(self, loads: FloatArray) -> FloatArray:
         """Return loads of the free blocks, moments over radii of gyration [N]."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws.law import StraightLaw
 from bsm_mesh.model.strength import law_name
@@ -27,11 +27,14 @@ class ConeStrength:
         Of the lines; infinite for no bound.
     tension : (m,) float64 [N]
         Greatest tension; infinite for no bound.
+    bolts : float
+        Part of the bolts' strength that they have.
     """
 
     slope: FloatArray
     intercept: FloatArray
     tension: FloatArray
+    bolts: float = 1.0
 
     @classmethod
     def coulomb(cls, area: FloatArray, friction: float, cohesion: float = 0.0) -> ConeStrength:
@@ -39,10 +42,15 @@ class ConeStrength:
         slope = np.full((len(area), 1), np.tan(np.radians(friction)))
         return cls(slope=slope, intercept=cohesion * area[:, None], tension=np.zeros(len(area)))
 
-    def divided(self, factor: float) -> ConeStrength:
-        """Return the strength divided by a factor."""
+    def divided(self, factor: float, chosen: BoolArray | None = None, *, bolts: bool = False) -> ConeStrength:
+        """Return the strength with that of all points, or of chosen ones (m,), divided by a factor, and of bolts."""
+        by = np.full(len(self.tension), factor) if chosen is None else np.where(chosen, factor, 1.0)
         return replace(
-            self, slope=self.slope / factor, intercept=self.intercept / factor, tension=self.tension / factor
+            self,
+            slope=self.slope / by[:, None],
+            intercept=self.intercept / by[:, None],
+            tension=self.tension / by,
+            bolts=self.bolts / factor if bolts else self.bolts,
         )
 
 

@@ -1,0 +1,147 @@
+"""Limit analysis of models of polyhedra: bolts, supports, loads and strength by statics; the command."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.converters.vtk_files import read_vtu
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.solve.limit_analysis import limit_analysis, limit_tilt, strength_limit
+from tests.scenes.polyhedra import box, model_in_space, on_incline, rotation
+from tests.scenes.small_case import Case
+
+EXACT = 1e-5  # of a factor: the search for that of strength ends there
+CEILING, CUBE = box((-1, -1, 1), (2, 2, 2)), box((0, 0, 0), (1, 1, 1))
+AREA = np.pi * 0.02**2 / 4
+WEIGHT = 26e3  # N of a cube
+PULL = 60e3  # N: yield force of a bolt
+SHARED = [box((0, 0, 1), (1, 1, 2)), CUBE]  # a ceiling with the face of the cube
+
+
+def bolt(x, y, **keys):
+    """Return a bolt from the cube's foot into the ceiling."""
+    given = {"kind": "end_anchored", "diameter": 0.02, "yield_strength": PULL / AREA, **keys}
+    return bsm.Bolt(start=(x, y, 0.1), end=(x, y, 1.9), **given)
+
+
+@pytest.mark.parametrize(
+    ("keys", "bears"),
+    [
+        ({}, PULL),
+        ({"anchor_capacity": 40e3}, 40e3),
+        ({"kind": "grouted", "bond_strength": 30e3}, 27e3),
+        ({"kind": "grouted", "bond_strength": 30e3, "plate": 50e3}, 27e3),
+        ({"kind": "grouted", "bond_strength": 200e3}, PULL),
+    ],
+)
+def test_a_cube_hangs_on_a_bolt_by_the_least_of_yield_anchorage_and_bond(keys, bears):
+    """Bond acts over 0.9 m in the cube, where a plate helps, and over 0.9 m in the ceiling, where none does."""
+    model = model_in_space(SHARED, friction=30, bolts=[bolt(0.5, 0.5, **keys)])
+    found = limit_analysis(model)
+    assert found.admissible == (bears > WEIGHT)
+    assert_allclose(found.factor, bears / WEIGHT, rtol=EXACT)
+    assert_allclose(found.bolt_force.max(), bears, rtol=EXACT)
+    assert_allclose(found.mechanism[1] / np.abs(found.mechanism[1]).max(), [0, 0, -1, 0, 0, 0], atol=1e-6)
+
+
+def test_a_bolt_off_the_centre_lets_a_cube_turn():
+    """The cube turns about the edge at x = 0, against the ceiling: 0.2 m PULL = 0.5 m W factor."""
+    found = limit_analysis(model_in_space(SHARED, friction=30, bolts=[bolt(0.2, 0.5)]))
+    assert_allclose(found.factor, 0.2 * PULL / (0.5 * WEIGHT), rtol=EXACT)
+    both = limit_analysis(model_in_space(SHARED, friction=30, bolts=[bolt(0.2, 0.5), bolt(0.8, 0.5)]))
+    assert_allclose(both.factor, 2 * PULL / WEIGHT, rtol=EXACT)
+
+
+def test_a_dowel_adds_its_shear_to_friction():
+    """A cube pushed in any direction over its base: friction of its weight and the dowel's strength."""
+    solids = [box((0, 0, -1), (1, 1, 0)), CUBE]
+    steel = bsm.Bolt(
+        start=(0.5, 0.5, 0.9), end=(0.5, 0.5, -0.9), diameter=0.02, bearing_stiffness=1e9, yield_strength=4e8
+    )
+    steel = replace(steel, bearing_strength=50e6)
+    push = PointForces(block=np.array([1]), point=np.array([[0.5, 0.5, 0.0]]), force=np.array([[3e3, 4e3, 0.0]]))
+    model = model_in_space(solids, friction=30, bolts=[steel])
+    found = limit_analysis(model, [push])
+    assert found.admissible
+    tension = steel.yield_force * np.tan(np.radians(30))  # the bolt presses the cube on its base at its yield
+    exact = WEIGHT * np.tan(np.radians(30)) + tension + steel.dowel_strength
+    assert_allclose(found.factor * 5e3, exact, rtol=1e-3)
+
+
+@pytest.mark.parametrize("azimuth", [0, 25])
+def test_a_bolted_block_on_an_incline(azimuth):
+    """A bolt across the plane presses the block on: tan(phi) (W cos a + T) = F W sin a at its yield."""
+    dip, pull = 40, 10e3
+    head, tip = (rotation(azimuth, dip) @ np.array(p) for p in ((0.5, 0.5, 0.9), (0.5, 0.5, -0.9)))
+    steel = bsm.Bolt(start=tuple(head), end=tuple(tip), kind="end_anchored", diameter=0.02, yield_strength=pull / AREA)
+    model = on_incline(dip, azimuth, friction=35, bolts=[steel])
+    a = np.radians(dip)
+    exact = np.tan(np.radians(35)) * (WEIGHT * np.cos(a) + pull) / (WEIGHT * np.sin(a))
+    found = strength_limit(model)
+    assert_allclose(found.factor, exact, rtol=1e-4)
+    assert found.factor < found.beyond < found.factor * 1.0011
+    part = strength_limit(model, bolts=True)
+    assert part.factor < found.factor
+    assert strength_limit(model, ["J1"]).factor == pytest.approx(found.factor)
+    with pytest.raises(bsm.ModelError, match="there is no joint 'J9'"):
+        strength_limit(model, ["J9"])
+
+
+def test_supports_that_hold_a_part_bear_what_they_can():
+    """A cube on rollers across x leans on them; without them it slides."""
+    blocks = bsm.Polyhedra.from_solids(
+        [(c @ rotation(0, 40).T, f) for c, f in (box((0, 0, -1), (1, 1, 0)), CUBE)], rock="granite", joint="J1"
+    )
+    open_faces = np.flatnonzero((blocks.face_blocks == [1, -1]).all(axis=1))
+    across = [f for f in open_faces if abs(_normal(blocks, f) @ rotation(0, 40)[:, 0]) > 0.99]
+    model = on_incline(40, friction=30).replace(blocks=replace(blocks, boundaries={"side": np.array(across)}))
+    assert not limit_analysis(model).admissible
+    held = model.replace(supports=[*model.supports, bsm.NormalRoller(boundary="side")])
+    assert limit_analysis(held).admissible
+
+
+def _normal(blocks, face):
+    corners = blocks.vertices[blocks.face_vertices[blocks.face_offsets[face] : blocks.face_offsets[face + 1]]]
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    return normal / np.linalg.norm(normal)
+
+
+def test_stages_and_bolts_of_later_ones():
+    """The cube's pillar is excavated; the bolt that a later stage installs is not there."""
+    solids = [box((0, 0, 1), (1, 1, 2)), CUBE, box((0, 0, -1), (1, 1, 0))]
+    digs, bolts = bsm.Stage(name="dug", excavate=[2]), bsm.Stage(name="bolted")
+    for stages, at_rest in (([bolts, digs], True), ([digs, bolts], False)):
+        later = [bolt(0.5, 0.5, stage="bolted")]
+        model = model_in_space(solids, fixed=(0, 2), bolts=later, stages=stages)
+        assert limit_analysis(model, stage="initial").admissible
+        assert limit_analysis(model, stage="dug").admissible == at_rest
+        assert limit_analysis(model).admissible
+
+
+def test_a_fall_with_bolts_is_proved():
+    stage = bsm.run(model_in_space(SHARED, bolts=[bolt(0.5, 0.5, yield_strength=20e3 / AREA)])).stages[-1]
+    assert stage.status == "unstable"
+    assert "inadmissible: no forces within strength balance the loads" in stage.proof.text
+
+
+def test_the_tilt_is_for_the_plane():
+    with pytest.raises(bsm.ModelError, match="tilt"):
+        limit_tilt(on_incline(10))
+
+
+def test_the_command(case: Case) -> None:
+    case.run("new", "roof", "roof")
+    outcome = case.run("limit", "roof/model.toml")
+    assert outcome.code == 0
+    said = " ".join(outcome.out.split())
+    assert "admissible: forces within strength exist" in said
+    told = json.loads(case.run("limit", "roof/model.toml", "--stage", "cavern", "--strength", "--bolts", "--json").out)
+    assert told["admissible"]
+    assert told["factor"] > 1
+    grid = read_vtu(case.folder / "roof/out/model/limit.vtu")
+    assert np.abs(grid.point_data["velocity"]).max() > 0.5
+    case.refuses("limit", "roof/model.toml", "--tilt", "left", says=["--tilt and --rocks are for the plane"])
