@@ -1,177 +1,162 @@
-"""The plane's own models as slices of space, 1 m thick: verdicts side by side (``python -m benchmarks.extruded``).
+"""The plane's own models as slices of space: verdicts stage by stage, side by side (``python -m benchmarks.extruded``).
 
-Corners that touch the middle of an edge become corners of it, so that slices share whole faces. Models whose blocks are
-not convex, or with bolts, water, flow, loads or prescribed displacements, are left out.
+The models are the examples, and those of known factors of safety, their strength divided by 0.95 and by 1.05 of that.
+Both are run with the options of the model file and one thread. Where verdicts differ, the slice is run between walls
+too. Every model is written as a line of JSON.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import bsm_mesh as bsm
-from bsm_mesh.arrays import FloatArray
+from benchmarks.pages import add_into, tell
+from benchmarks.slices import NoSliceError, Slice, extruded
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.stages import presence
-from bsm_mesh.model.supports import bars_of
-from bsm_mesh.three_d.blocks.solids import arrays_of_solids
+from bsm_mesh.model.strength import with_strength
+from examples.numbers.pages import markdown
+from tests.scenes import large
+from tests.scenes.known_factors import Known, known
+from tests.scenes.openings import opening
+from tests.scenes.two_stages import staged
 
+MAKER = "python -m benchmarks.extruded"
 ROOT = Path(__file__).parents[1]
-ON_EDGE = 1e-7  # of the model's size: distance of a corner that lies on an edge
 SMALL = 1e-6  # of the displacement: less is rounding
-NOT_IN_SPACE = ("bolts", "water", "flow", "loads", "in_situ", "face_water")
+BESIDE = (0.95, 1.05)  # of a known factor: at rest, in motion
+MOST = 800  # blocks of a model that is run
+HEADER = ("model", "blocks", "stages", "plane", "slice", "between walls", "displacement off by")
 
 
-class NoSliceError(ValueError):
-    """A model of the plane that has no slice, and why."""
+def _verdicts(stages: Sequence[str]) -> str:
+    """Return verdicts in words, one where all are equal."""
+    return stages[0] if len(set(stages)) == 1 else ", ".join(stages)
 
 
-def extruded(model: bsm.Model) -> bsm.Model:
-    """Return a model of the plane as a slice of space from y = 0 to 1 m; x stays, the plane's y is z.
-
-    Raises
-    ------
-    NoSliceError
-        For a model with parts that polyhedra do not have.
-    """
-    given = [name for name in NOT_IN_SPACE if getattr(model, name)]
-    given += ["shaking, water or loads of a stage" for s in model.stages if s.shaking or s.water or s.loads or s.flow]
-    if given:
-        raise NoSliceError(f"has {', '.join(given)}")
-    blocks, turn = model.blocks, np.radians(-90.0 - model.gravity_direction)
-    bars = bars_of(model.supports, blocks)
-    held = np.unique(bars.block)
-    if (np.bincount(bars.block)[held] < 3).any() or bars.value.any():
-        raise NoSliceError("supports do not hold blocks in all directions")
-    corners = blocks.vertices @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    outlines, joints = _outlines(blocks, corners)
-    rocks = [blocks.rock_names[number] for number in blocks.rock]
-    arrays = arrays_of_solids([_prism(outline) for outline in outlines], rocks, None, 1e-9)
-    arrays |= {"joint_names": blocks.joint_names, "face_joint": _joints_of_faces(arrays, joints)}
-    here = presence(model.stages, blocks)
-    stages = [
-        replace(
-            stage,
-            excavate=tuple(np.flatnonzero(before & ~now).tolist()),
-            fill=tuple(np.flatnonzero(now & ~before).tolist()),
-        )
-        for stage, before, now in zip(model.stages, here, here[1:], strict=False)
-    ]
-    return bsm.Model(
-        blocks=bsm.Polyhedra(**arrays),  # type: ignore[arg-type]  # polyhedra answer to the same names
-        rocks=model.rocks,
-        joints=model.joints,
-        default_joint=model.default_joint,
-        supports=[bsm.Fixed(blocks=held.tolist())],
-        gravity_horizontal=model.gravity_horizontal,
-        gravity_vertical=model.gravity_vertical,
-        contact_points="corners",
-        stages=stages,
-    )
-
-
-def _outlines(blocks: bsm.Blocks, corners: FloatArray) -> tuple[list[FloatArray], dict[tuple[float, float], int]]:
-    """Return the blocks' outlines with every corner on them, and the joint of every piece of an edge by its middle."""
-    reach = ON_EDGE * float(np.ptp(corners, axis=0).max())
-    outlines, joints = [], {}
-    for first, last in zip(blocks.offsets, blocks.offsets[1:], strict=False):
-        rows = np.arange(first, last)
-        pieces = []
-        for k, following in zip(rows, np.roll(rows, -1), strict=True):
-            along = corners[following] - corners[k]
-            length = np.hypot(*along)
-            part = (corners - corners[k]) @ along / length**2
-            off = np.abs(_cross(along, corners - corners[k])) / length
-            inside = (off < reach) & (part * length > reach) & ((1 - part) * length > reach)
-            places, chosen = np.unique(np.append(0.0, np.round(part[inside], 9)), return_index=True)
-            pieces.append(corners[np.append(k, np.flatnonzero(inside))[chosen]])
-            ends = np.append(places, 1.0)
-            for middle in corners[k] + ((ends[:-1] + ends[1:]) / 2)[:, None] * along:
-                key = _key(middle)
-                joints[key] = max(joints.get(key, -1), int(blocks.edge_joint[k]))
-        outline = np.concatenate(pieces)
-        sides = np.roll(outline, -1, axis=0) - outline
-        if (_cross(sides, np.roll(sides, -1, axis=0)) < -(reach**2)).any():
-            raise NoSliceError("has blocks that are not convex")
-        outlines.append(outline)
-    return outlines, joints
-
-
-def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the products of plane vectors (..., 2)."""
-    found: FloatArray = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+def models() -> dict[str, Callable[[], bsm.Model]]:
+    """Return the models by their names, none of them built yet."""
+    found: dict[str, Callable[[], bsm.Model]] = {}
+    for path in sorted((ROOT / "examples").glob("*/*.toml")):
+        if path.stem != "study":
+            found[f"{path.parent.name}/{path.stem}"] = partial(bsm.load, path)
+    for each in known():
+        for part in BESIDE:
+            found[f"{each.name}; {part:g} of the known factor"] = partial(_reduced, each, part)
+    for bolted in (False, True):
+        found[f"opening, {'with' if bolted else 'without'} bolts"] = partial(opening, bolted=bolted)
+    found["six blocks of which two go"] = staged
+    for build, k0 in ((large.jointed_slope, 1.0), (large.leaning_slope, None), (large.blocky_rock, 1.0)):
+        found[f"{build.__name__}, 300 blocks"] = partial(_scene, build, k0)
+    found["sliding_layers, 100 blocks"] = partial(_scene, partial(large.sliding_layers, 100), None)
     return found
 
 
-def _prism(outline: FloatArray) -> tuple[FloatArray, list[tuple[int, ...]]]:
-    """Return corners and faces of an outline in x and z, from y = 0 to 1 m."""
-    k = len(outline)
-    front, back = (np.column_stack([outline[:, 0], np.full(k, y), outline[:, 1]]) for y in (0.0, 1.0))
-    sides = [(i, k + i, k + (i + 1) % k, (i + 1) % k) for i in range(k)]
-    return np.concatenate([front, back]), [tuple(range(k)), tuple(range(2 * k - 1, k - 1, -1)), *sides]
+def _reduced(each: Known, part: float) -> bsm.Model:
+    names = each.joints or ("*",)
+    return with_strength(each.build(), dict.fromkeys(names, 1 / (part * each.factor)))
 
 
-def _joints_of_faces(arrays: dict[str, np.ndarray], joints: dict[tuple[float, float], int]) -> np.ndarray:
-    """Return the joint of every face between two blocks, by its middle."""
-    points, offsets = arrays["vertices"][arrays["face_vertices"]], arrays["face_offsets"]
-    found = np.full(len(offsets) - 1, -1, dtype=np.int32)
-    for face in np.flatnonzero(arrays["face_cells"][:, 1] >= 0):
-        middle = points[offsets[face] : offsets[face + 1]].mean(axis=0)
-        found[face] = joints.get(_key(middle[[0, 2]]), -1)
-    return found
+def _scene(build: Callable[..., large.Scene], k0: float | None) -> bsm.Model:
+    scene = build() if isinstance(build, partial) else build(300)
+    return scene.model(k0)
 
 
-def _key(point: FloatArray) -> tuple[float, float]:
-    return float(np.round(point[0], 6)) + 0.0, float(np.round(point[1], 6)) + 0.0
-
-
-def compared(path: Path) -> Iterator[str]:
-    """Yield the columns of a row: blocks, verdicts in both, displacement, blocks unstable in one alone, seconds."""
-    model = bsm.load(path)
+def compared(model: bsm.Model) -> dict[str, Any]:
+    """Return verdicts of a model, of its slice and, where they differ, of one between walls; blocks, displacement."""
     assert not in_space(model.blocks)
-    slice_of_it = extruded(model)
-    seconds = []
-    runs = []
-    for each in (model, slice_of_it):
+    options = replace(model.options or bsm.Options(), threads=1, scheme="continuation")
+    seconds, runs = [], []
+    for walls in (None, False, True):
         begun = time.process_time()
-        runs.append(bsm.run(each, bsm.Options(threads=1)))
-        seconds.append(time.process_time() - begun)
-    plane, space = ([str(stage.status) for stage in run.stages] for run in runs)
-    yield str(model.blocks.count)
-    yield ", ".join(plane)
-    yield "the same" if plane == space else ", ".join(space)
-    last = [run.stages[-1] for run in runs]
-    turn = np.radians(-90.0 - model.gravity_direction)
-    flat = last[0].displacement[:, :2] @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    there = np.setdiff1d(np.arange(model.blocks.count), np.concatenate([run.unstable_blocks for run in runs]))
+        each = model if walls is None else extruded(model, walls=walls)
+        runs.append(bsm.run(each, options))
+        seconds.append(round(time.process_time() - begun, 1))
+        verdicts = [[str(stage.status) for stage in run.stages] for run in runs]
+        if len(runs) > 1 and verdicts[0] == verdicts[1]:
+            break
+    told: dict[str, Any] = dict(zip(("plane", "slice", "walls"), verdicts, strict=False))
+    told |= {"blocks": model.blocks.count, "seconds": seconds}
+    if told["plane"] == told["slice"] and set(told["plane"]) == {"stable"}:
+        told["off"] = _off(model, runs[0], runs[1])
+    return told
+
+
+def _off(model: bsm.Model, plane: bsm.Results, space: bsm.Results) -> float:
+    """Return the greatest difference of displacements in the last stage over the greatest displacement."""
+    last = [run.stages[-1] for run in (plane, space)]
+    flat = Slice.of(model).flat(last[0].displacement[:, :2])
+    there = last[0].present & last[1].present
+    there[np.concatenate([run.unstable_blocks for run in (plane, space)])] = False
     off = np.abs(last[1].displacement[there][:, [0, 2]] - flat[there]).max(initial=0.0)
     size = np.abs(flat[there]).max(initial=0.0)
-    ratio = off / size if size > 0 else 0.0
-    told = f"{ratio:.0e}" if ratio > SMALL else f"below {SMALL:.0e}"
-    yield told if runs[0].status == runs[1].status == "stable" else "-"
-    yield str(len(np.setxor1d(*(run.unstable_blocks for run in runs))))
-    yield f"{seconds[0]:.1f}, {seconds[1]:.1f}"
+    return float(off / size) if size > 0 else 0.0
+
+
+def table(records: Sequence[dict[str, Any]]) -> str:
+    """Return the records as a table, and how many verdicts are equal."""
+    rows = []
+    for told in records:
+        off, walls = told.get("off"), told.get("walls")
+        rows.append(
+            (
+                told["name"],
+                str(told["blocks"]),
+                str(len(told["plane"])),
+                _verdicts(told["plane"]),
+                "the same" if told["slice"] == told["plane"] else _verdicts(told["slice"]),
+                "" if walls is None else "the same" if walls == told["plane"] else _verdicts(walls),
+                "-" if off is None else f"{off:.0e}" if off > SMALL else f"below {SMALL:.0e}",
+            )
+        )
+    same = sum(told["slice"] == told["plane"] for told in records)
+    after = sum(told.get("walls", told["slice"]) == told["plane"] for told in records)
+    stages = sum(len(told["plane"]) > 1 for told in records)
+    text = (
+        f"All verdicts are equal in {same} of {len(records)} models, and in {after} where walls hold the slices that "
+        f"differ. {stages} models have stages."
+    )
+    return f"{markdown(HEADER, rows)}\n\n{text}"
 
 
 def main() -> None:
-    """Print a row a model file; all of the examples by default."""
+    """Run the models that the file does not hold yet, and print the table of all lines in it."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.extruded", description=__doc__.splitlines()[0])
-    parser.add_argument("models", nargs="*", type=Path, help="model files of the plane; the examples by default")
-    paths = parser.parse_args().models or sorted((ROOT / "examples").glob("*/*.toml"))
-    print("| model | blocks | plane | space | displacement off by | unstable in one alone | processor seconds |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    for path in paths:
-        name = f"{path.parent.name}/{path.stem}"
+    parser.add_argument("file", type=Path, help="file of lines that is continued")
+    parser.add_argument("names", nargs="*", help="parts of the models' names; all by default")
+    add_into(parser, MAKER)
+    given = parser.parse_args()
+    lines = given.file.read_text(encoding="utf-8").splitlines() if given.file.exists() else []
+    known_names = {json.loads(line)["name"] for line in lines}
+    every = models()
+    for name, build in every.items():
+        if name in known_names or not (not given.names or any(part in name for part in given.names)):
+            continue
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            model = build()
         try:
-            print(f"| {name} | {' | '.join(compared(path))} |", flush=True)
+            if model.blocks.count > MOST:
+                raise NoSliceError(f"has {model.blocks.count} blocks, more than {MOST}")
+            told = {"name": name, **compared(model)}
         except (NoSliceError, bsm.ModelError) as reason:
             print(f"{name} is left out: {str(reason).splitlines()[0]}", file=sys.stderr, flush=True)
+            continue
+        with given.file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(told) + "\n")
+        print(told, file=sys.stderr, flush=True)
+    records = {told["name"]: told for told in map(json.loads, given.file.read_text(encoding="utf-8").splitlines())}
+    tell(table([records[name] for name in every if name in records]), MAKER, given.into)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,9 @@ import numpy as np
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.result_tables import write_table
+from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.modelfile.build_bolts import make_space_bolts
+from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
 from bsm_mesh.text.tables import engineering, print_table
 from bsm_mesh.text.terminal import say, say_json
@@ -37,6 +40,7 @@ def find_key_blocks(
         free=_free(loaded),
         excavated=list(loaded.blocks.excavations),
         default_joint=loaded.file.mesh.default_joint,
+        bolts=_bolts(loaded, Reach(folder=path.parent, scripts=scripts)),
         gravity=asked.gravity or (0.0, 0.0, -1.0),
         joint_pressure=asked.joint_pressure,
         required=asked.required,
@@ -55,6 +59,12 @@ def find_key_blocks(
     for name, (_, text) in proofs.items():
         say(f"{name}: {text}")
     say(f"{', '.join(files)} written to {added.folder.path}")
+
+
+def _bolts(loaded: LoadedSpace, reach: Reach) -> list[Bolt]:
+    """Return the bolts of all stages."""
+    tables = enumerate(loaded.file.bolt, 1)
+    return [bolt for k, table in tables for bolt in make_space_bolts(table, f"[[bolt]] number {k}", reach)]
 
 
 def _free(loaded: LoadedSpace) -> list[str]:
@@ -128,10 +138,10 @@ def _told(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, Any]:
         "blocks": loaded.blocks.count,
         "at_free_faces": found.count,
         "removable": int(found.removable.sum()),
-        "falls": [int(block) for block in found.block[below & (found.factor == 0)]],
+        "falls": [int(block) for block in found.block[below & (found.bolted_factor == 0)]],
         "slides": {
             str(block): round(float(factor), 6)
-            for block, factor in zip(found.block[below], found.factor[below], strict=True)
+            for block, factor in zip(found.block[below], found.bolted_factor[below], strict=True)
             if factor > 0
         },
         "required": found.required,
@@ -152,12 +162,14 @@ def _print(loaded: LoadedSpace, found: KeyBlocks) -> None:
     left = len(rows) - len(shown)
     if left:
         say(f"key_blocks.csv has {counted(left, 'block')} more, slivers included")
-    falls = int((found.factor[rows] == 0).sum())
+    falls = int((found.bolted_factor[rows] == 0).sum())
     say(f"{counted(loaded.blocks.count, 'block')}: {found.count} at free faces, {int(found.removable.sum())} removable")
     say(
         f"{falls} fall and {len(rows) - falls} slide below a factor of {found.required:g}: "
         f"{found.volume[rows].sum():.4g} m3 in all"
     )
+    if held := int(((found.factor < found.required) & (found.round == 0) & (found.pull > 0)).sum()):
+        say(f"bolts hold {counted(held, 'block')} that would fall or slide without them")
 
 
 def _row(found: KeyBlocks, k: int, several: bool) -> tuple[str, ...]:
@@ -167,8 +179,8 @@ def _row(found: KeyBlocks, k: int, several: bool) -> tuple[str, ...]:
         str(found.block[k]),
         f"slides on {', '.join(joints)}" if joints else "falls",
         *((str(found.round[k]),) if several else ()),
-        f"{found.factor[k]:.3f}",
+        f"{found.bolted_factor[k]:.3f}",
         f"{found.volume[k]:.4g}",
         engineering(float(found.weight[k]), "N"),
-        "-" if np.isnan(found.support[k]) else engineering(float(found.support[k]), "Pa"),
+        "-" if np.isnan(found.bolted_support[k]) else engineering(float(found.bolted_support[k]), "Pa"),
     )

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.extruded import compared
 from bsm_mesh.converters.three_d import draw_key_blocks
 from bsm_mesh.geometries import three_d
 from bsm_mesh.modelfile.space_file import load_space_file
@@ -154,34 +153,7 @@ def _stands(thickness: float, sectors: int, courses: int) -> bool:
     return analysis.analyse(weights(blocks.moments, np.full(blocks.count, 25e3)), strength).admissible
 
 
-SLICES = (
-    "arch/model",
-    "arch/thin",
-    "incline/model",
-    "incline/slides",
-    "incline/tall_slides",
-    "incline/topples",
-    "toppling_column/model",
-    "toppling_column/steeper",
-    "tilted_wall/model",
-    "tilted_wall/tilt_27",
-    "tilted_wall/tilt_28",
-    "tilted_wall/tilt_30",
-    "03_stratified_slope/dip_24_5",
-    "03_stratified_slope/dip_25_5",
-    "03_stratified_slope/mohr_coulomb",
-    "03_stratified_slope/floor",
-)
-
-
-def slices() -> str:
-    """Return verdicts of the plane's examples, in the plane and as slices of space."""
-    lines = [(name, *list(compared(ROOT / f"examples/{name}.toml"))[:4]) for name in SLICES]
-    return markdown(("example", "blocks", "plane", "slice of 1 m", "displacement off by"), lines)
-
-
 TABLES = (
-    Table(name="slices", page=PAGE, make=slices, tolerance=0.5, is_slow=True),
     Table(name="key_blocks_tunnel", page=PAGE, make=tunnel, draw=draw),
     Table(name="key_blocks_wedges", page=PAGE, make=wedges),
     Table(name="cut_rock", page=PAGE, make=cut),

@@ -232,6 +232,63 @@ def test_a_support_gives_the_factor_that_is_asked_for():
     assert found.round[row] == 1
 
 
+CAPACITY = 30e3  # N of a bolt; the pyramid weighs 60 kN
+BAR = {"diameter": 0.02, "yield_strength": CAPACITY / (np.pi * 0.02**2 / 4)}
+
+
+INSIDE = np.sqrt(3) / 2  # m of 2 m of the bolt are in the pyramid, the others in rock above
+
+
+@pytest.mark.parametrize(
+    ("keys", "pull"),
+    [
+        ({"kind": "end_anchored"}, CAPACITY),
+        ({"kind": "end_anchored", "anchor_capacity": 20e3}, 20e3),
+        ({"bond_strength": 50e3}, CAPACITY),
+        ({"bond_strength": 12e3}, 12e3 * INSIDE),
+        ({"bond_strength": 12e3, "plate": 2e3}, 12e3 * INSIDE + 2e3),
+        ({"bond_strength": 12e3, "plate": 50e3}, 12e3 * (2 - INSIDE)),
+    ],
+)
+def test_bolts_take_their_pull_off_the_weight_of_a_pyramid(keys, pull):
+    """The least of yield, anchorage, bond and plate in the pyramid, and bond beyond it."""
+    given = {"rocks": ROCK, "joints": [joint("J1")], "excavated": ["cavern"], "free": ["south", "north"]}
+    bolts = [bsm.Bolt(start=(0.5, 0.1, 2), end=(0.5, 0.1, 4), **BAR, **keys)]
+    found = bsm.key_blocks(roof(), **given, bolts=bolts)
+    row = found.modes.index("falls")
+    assert_allclose(found.pull[row], pull, rtol=1e-6)
+    assert_allclose(found.support[row] * found.area[row], found.weight[row], rtol=1e-6)
+    assert_allclose(found.bolted_support[row] * found.area[row], found.weight[row] - pull, rtol=1e-6)
+    assert found.round[row] == 1
+    held = bsm.key_blocks(roof(), **given, bolts=bolts * 7)
+    assert (held.round[row], held.bolted_support[row]) == (0, 0)
+    with pytest.raises(bsm.ModelError, match="carries any force; give it a yield_strength"):
+        bsm.key_blocks(roof(), **given, bolts=[bsm.Bolt(start=(0.5, 0.1, 2), end=(0.5, 0.1, 4), diameter=0.02)])
+
+
+def test_bolts_in_a_wedge_have_the_factor_of_limit_equilibrium():
+    first, second, face, top, height, friction, _, weight = WEDGES["symmetric"]
+    blocks, wedge, volume, areas = wedge_rock(first, second, face, top, height)
+    head = blocks.moments.centroid[wedge]
+    turn = np.radians(face[1])
+    into = -np.array([np.sin(turn), np.cos(turn), 0.2]) / np.sqrt(1.04)
+    pull = 0.2 * weight * volume
+    bolt = bsm.Bolt(
+        start=tuple(head),
+        end=tuple(head + 2.4 * blocks.moments.size[wedge] * into),
+        kind="end_anchored",
+        diameter=0.4,
+        yield_strength=pull / (np.pi * 0.4**2 / 4),
+    )
+    rocks = [bsm.Rock("rock", unit_weight=weight)]
+    joints = [joint("A", friction[0]), joint("B", friction[1])]
+    found = bsm.key_blocks(blocks, rocks=rocks, joints=joints, free=["slope"], bolts=[bolt])
+    row = np.flatnonzero(found.block == wedge)[0]
+    exact = wedge_factor(first, second, volume, areas, weight, friction, (0, 0), pull * into)
+    assert_allclose(found.bolted_factor[row], exact, rtol=1e-9)
+    assert_allclose(found.factor[row], wedge_factor(first, second, volume, areas, weight, friction, (0, 0)), rtol=1e-9)
+
+
 def test_a_tunnel_in_three_sets():
     """Counts and modes by a prototype that solved a linear program for every block; three slide at exactly 1."""
     blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock()))

@@ -43,7 +43,7 @@ def equal(one, other):
         left, right = getattr(one, field.name), getattr(other, field.name)
         if isinstance(left, np.ndarray):
             assert_array_equal(left, right, err_msg=field.name)
-        elif field.name in ("contacts", "supports", "evidence"):
+        elif field.name in ("contacts", "supports", "evidence", "bolts") and left is not None:
             equal(left, right)
 
 
@@ -145,7 +145,21 @@ def test_the_model_as_run_builds_the_same_model(case: Case) -> None:
     assert verify_certificate.main(case.folder / "out") == 0  # beside model.toml, whose last stage weakens the joint
 
 
-@pytest.mark.parametrize(("text", "renewed"), [(SLOPE + WEAKER, False), (SLOT + WEAKER, True)])
+BOLTED = """
+[[bolt]]
+start = [1, 1, 2.4]
+end = [1.2, 1, 0.2]
+diameter = "8 mm"
+yield_strength = "500 MPa"
+bond_strength = "30 kN/m"
+bearing_stiffness = "1 GPa"
+bearing_strength = "50 MPa"
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "renewed"), [(SLOPE + WEAKER, False), (SLOT + WEAKER, True), (SLOPE + WEAKER + BOLTED, False)]
+)
 def test_an_interrupted_run_goes_on_to_the_same_digits(case: Case, text: str, renewed: bool) -> None:
     path = case.folder / "slope.toml"
     case.write("slope.toml", text)

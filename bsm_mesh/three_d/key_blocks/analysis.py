@@ -11,12 +11,14 @@ import numpy as np
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.strength import peak_strength
 from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws.law import JointLaw
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.values import is_number
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polygons import sums
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.key_blocks.installed import pulls_of
 from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, ONE, TWO, Movement, movements, removable
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.key_blocks.walls import Planes, Wall, planes_of, wall_of
@@ -35,6 +37,7 @@ class _Given:
     bound: BoolArray  # of contact polygons: whether they bear no more than their law
     weight: FloatArray  # (n, 3)
     thrust: FloatArray  # of contact polygons: water pressure times area [N]
+    bolts: tuple[Bolt, ...]
 
 
 class RockModel(Protocol):
@@ -56,6 +59,10 @@ class RockModel(Protocol):
     def default_joint(self) -> str | None:
         """Joint of the faces that bear none."""
 
+    @property
+    def bolts(self) -> Sequence[Bolt]:
+        """The bolts."""
+
 
 def key_blocks(
     blocks: Polyhedra | RockModel,
@@ -65,6 +72,7 @@ def key_blocks(
     free: Sequence[str] = (),
     excavated: Sequence[str] = (),
     default_joint: str | None = None,
+    bolts: Sequence[Bolt] = (),
     gravity: Sequence[float] = (0.0, 0.0, -1.0),
     joint_pressure: Mapping[str, float] | None = None,
     required: float = 1.0,
@@ -77,7 +85,7 @@ def key_blocks(
     Parameters
     ----------
     blocks : Polyhedra or Model
-        The rock; a model has rocks, joints and the default joint too, and its supports and loads count for nothing.
+        The rock; a model has rocks, joints, default joint and bolts too; its supports and loads count for nothing.
     rocks, joints : sequence of Rock, of Joint
         Unit weights, and laws of the joints; a joint without a law does not slip.
     free : sequence of str
@@ -86,6 +94,8 @@ def key_blocks(
         Excavations that are open; blocks along them have free faces too.
     default_joint : str, optional
         Joint of the faces between blocks that bear none; else they are faces of rock.
+    bolts : sequence of Bolt
+        Installed bolts, of any stage; each pulls its block towards its tip with all that it carries.
     gravity : (float, float, float)
         Force over weight: straight down by default, with parts to the side for an earthquake.
     joint_pressure : mapping of str to float, optional [Pa]
@@ -93,7 +103,8 @@ def key_blocks(
     required : float
         Factor of safety that the support pressure brings.
     rounds : int
-        How often blocks are looked at; before each further round those below the required factor are taken away.
+        How often blocks are looked at; before each further round those below the required factor, with their bolts, are
+        taken away.
 
     Raises
     ------
@@ -115,7 +126,8 @@ def key_blocks(
     """
     _check_numbers(required, rounds)
     rock = _rock_of(blocks, rocks, joints, default_joint)
-    given, present = _given(*rock, gravity, joint_pressure or {}, excavated, free)
+    installed = tuple(bolts) if isinstance(blocks, Polyhedra) else tuple(blocks.bolts)
+    given, present = _given(*rock, gravity, joint_pressure or {}, excavated, free, installed)
     return _in_rounds(given, free, present, float(required), rounds)
 
 
@@ -136,7 +148,8 @@ def _in_rounds(given: _Given, free: Sequence[str], present: BoolArray, required:
         wall = wall_of(blocks, free, present)
         if not len(wall.block):
             break
-        now = _analysed(given, wall, planes_of(blocks, wall, present), required, number)
+        pull = pulls_of(given.bolts, blocks, present)[wall.block]
+        now = _analysed(given, wall, planes_of(blocks, wall, present), pull, required, number)
         found = now if found is None else found.and_then(now)
         gone = now.block[now.round == number]
         if not len(gone):
@@ -166,6 +179,7 @@ def _given(
     joint_pressure: Mapping[str, float],
     excavated: Sequence[str],
     free: Sequence[str],
+    bolts: tuple[Bolt, ...],
 ) -> tuple[_Given, BoolArray]:
     """Return the checked input, and which blocks are present."""
     if not isinstance(blocks, Polyhedra):
@@ -204,16 +218,18 @@ def _given(
         bound=np.isfinite(tension),
         weight=weight,
         thrust=pressure[polygons.joint] * polygons.area,
+        bolts=bolts,
     )
     return given, present
 
 
-def _analysed(given: _Given, wall: Wall, planes: Planes, required: float, number: int) -> KeyBlocks:
-    """Return the blocks of a wall."""
+def _analysed(given: _Given, wall: Wall, planes: Planes, pull: FloatArray, required: float, number: int) -> KeyBlocks:
+    """Return the blocks of a wall, with pulls of bolts on them (n, 3) [N]."""
     blocks, count = given.blocks, len(wall.block)
     load = given.weight[wall.block] + sums(planes.row, given.thrust[planes.polygon, None] * planes.normal, count)
     can = removable(planes.normals) & ~wall.held
     movement, factor = _moved(given, planes, load, can)
+    _, bolted = _moved(given, planes, load + pull, can)
     volume = blocks.moments.volume[wall.block]
     sliver = np.zeros(blocks.count, dtype=bool)
     sliver[blocks.slivers] = True
@@ -221,8 +237,11 @@ def _analysed(given: _Given, wall: Wall, planes: Planes, required: float, number
         block=wall.block,
         mode=movement.mode,
         held=wall.held,
-        round=np.where(factor < required * (1 - ROUNDING), number, 0).astype(np.int32),
+        round=np.where(bolted < required * (1 - ROUNDING), number, 0).astype(np.int32),
         factor=factor,
+        pull=np.linalg.norm(pull, axis=1),
+        bolted_factor=bolted,
+        bolted_support=_support(given, wall, planes, load + pull, can, bolted, required),
         direction=movement.direction,
         joints=_joints_of(blocks, planes, movement.planes),
         centroid=blocks.moments.centroid[wall.block],

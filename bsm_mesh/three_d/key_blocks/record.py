@@ -29,7 +29,7 @@ class KeyBlocks:
     held : (n,) bool
         Whether it reaches the surface of the body beyond the free faces; such a block is not removable.
     round : (n,) int32
-        In which round it falls or slides below the required factor; 0 where it does not.
+        In which round it falls or slides below the required factor, with its bolts; 0 where it does not.
     factor : (n,) float64
         Of safety: strength over the pull along its movement; 0 where it falls, infinite where nothing moves it.
     direction : (n, 3) float64
@@ -45,6 +45,8 @@ class KeyBlocks:
     support : (n,) float64 [Pa]
         Uniform pressure on its free faces that gives it the required factor; 0 where it has that, NaN where no such
         pressure was found.
+    pull, bolted_factor, bolted_support : (n,) float64 [N, -, Pa]
+        Greatest pull of the bolts together; factor with it; and uniform pressure that it leaves to be given.
     sliver : (n,) bool
         Whether it is smaller than a thousandth of the mean volume.
     free_faces : (k,) int32
@@ -69,6 +71,9 @@ class KeyBlocks:
     apex: FloatArray
     trace: FloatArray
     support: FloatArray
+    pull: FloatArray
+    bolted_factor: FloatArray
+    bolted_support: FloatArray
     sliver: BoolArray
     free_faces: IntArray
     required: float
@@ -95,8 +100,8 @@ class KeyBlocks:
 
     @property
     def unstable(self) -> BoolArray:
-        """Which blocks fall, or slide at a factor below 1; 1 to rounding is none."""
-        return self.factor < 1 - ROUNDING
+        """Which blocks fall, or slide at a factor below 1, with their bolts; 1 to rounding is none."""
+        return self.bolted_factor < 1 - ROUNDING
 
     def table(self) -> ResultTable:
         """Return a row a block, with units."""
@@ -113,6 +118,9 @@ class KeyBlocks:
             "volume": self.volume,
             "weight": self.weight,
             "support_pressure": self.support,
+            "bolt_pull": self.pull,
+            "bolted_factor": self.bolted_factor,
+            "bolted_support": self.bolted_support,
             "free_area": self.area,
             "apex": self.apex,
             "trace": self.trace,
@@ -126,6 +134,7 @@ class KeyBlocks:
         }
         units = dict.fromkeys(("apex", "trace", "x", "y", "z"), "m")
         units |= {"volume": "m^3", "weight": "N", "support_pressure": "Pa", "free_area": "m^2"}
+        units |= {"bolt_pull": "N", "bolted_support": "Pa"}
         return ResultTable(columns=columns, units=units)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
