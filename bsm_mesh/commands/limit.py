@@ -77,13 +77,14 @@ def _tell(
     """Print an answer, as JSON or as a table and in words, and write its mechanism where there is one."""
     model, file = loaded.model, None
     if found.mechanism.any():
-        if in_space(model.blocks):
-            from bsm_mesh.converters.three_d import write_mechanism
-        else:
-            from bsm_mesh.converters.result_files import write_mechanism
+        from bsm_mesh.converters.result_files import write_mechanism
+        from bsm_mesh.converters.three_d import write_mechanism as write_in_space
 
         with added.file("limit.vtu") as draft:
-            write_mechanism(model.blocks, found.mechanism, found.present, draft)
+            if in_space(model.blocks):
+                write_in_space(model.blocks, found.mechanism, found.present, draft)
+            else:
+                write_mechanism(model.blocks, found.mechanism, found.present, draft)
         file = added.folder.path / "limit.vtu"
     if as_json:
         notes = [*loaded.notes, *notes_of(model), str(found)]

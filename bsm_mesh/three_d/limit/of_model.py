@@ -127,7 +127,7 @@ def limit_in_space(model: Model, live: Sequence[Load] | None, stage: str | None)
     program = ModelProgram.of(part.model)
     whole, of_loads = program.analyse(), np.zeros_like(program.loads)
     if live is not None:
-        forces = part.acting(point_forces_of(live, model.blocks))
+        forces = part.acting(point_forces_of(model.worked_out(live), model.blocks))
         arm = forces.point - part.model.blocks.moments.centroid[forces.block]
         np.add.at(of_loads, forces.block, np.hstack([forces.force, cross(arm, forces.force)]))
         if not of_loads.any():

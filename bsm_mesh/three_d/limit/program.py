@@ -226,7 +226,8 @@ class ConeProgram:
         moved = velocity[self.ties.block].copy()
         moved[:, 3:] *= self.radius[self.ties.block, None]
         power = -np.einsum("ij,ij->i", self._on_blocks, moved)
-        return np.bincount(self.ties.column, weights=power, minlength=self.ties.count)
+        found: FloatArray = np.bincount(self.ties.column, weights=power, minlength=self.ties.count).astype(np.float64)
+        return found
 
     def _scaled(self, loads: FloatArray) -> FloatArray:
         """Return loads of the free blocks, moments over radii of gyration [N]."""
