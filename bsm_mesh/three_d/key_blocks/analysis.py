@@ -61,7 +61,7 @@ class RockModel(Protocol):
 
     @property
     def bolts(self) -> Sequence[Bolt]:
-        """The bolts."""
+        """Installed in any stage."""
 
 
 def key_blocks(
@@ -93,7 +93,7 @@ def key_blocks(
     excavated : sequence of str
         Excavations that are open; blocks along them have free faces too.
     default_joint : str, optional
-        Joint of the faces between blocks that bear none; else they are faces of rock.
+        Joint of the faces between blocks that carry none; else they are faces of rock.
     bolts : sequence of Bolt
         Installed bolts, of any stage; each pulls its block towards its tip with all that it carries.
     gravity : (float, float, float)

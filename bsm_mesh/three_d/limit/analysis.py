@@ -41,8 +41,8 @@ class Witness:
     power, dissipation : float [N m]
         Of the loads, and by cohesion, tensile strength and bolts.
     closing : float [m]
-        By how much the points slip without opening by slope times slip, in all; with what supports and unlimited bolts
-        would have to move.
+        By how much the points slip without opening by slope times slip, in all. Movements of supports and of bolts
+        without limits are added.
     least : float
         Least force that balances, over all loads together; infinite where nothing closes.
     """

@@ -155,9 +155,10 @@ def limit_in_space(model: Model, live: Sequence[Load] | None, stage: str | None)
 def strength_in_space(
     model: Model, joints: Sequence[str] | None, stage: str | None, *, bolts: bool = False
 ) -> SpaceLimit:
-    """Return the greatest factor by which strength may be divided while forces balance a stage's loads.
+    """Return the greatest factor by which strength may be divided.
 
-    It is an upper bound of the factor of safety: 5 to 16 % above that of a wedge on two planes.
+    Forces still balance the stage's loads there. It is an upper bound of the factor of safety: 5 to 16 % above that of
+    a wedge on two planes.
 
     Raises
     ------

@@ -54,8 +54,8 @@ class ConeProgram:
     """Equilibrium and strength of contact points as the matrices of a conic program.
 
     The unknowns are pressure and two shear forces of every point, and the forces of supports and bolts. Strength is
-    associated: where a point slides the program lets it open by slope times slip, so that its load and strength factors
-    are upper bounds.
+    associated: where a point slides the program lets it open by slope times slip. So load and strength factors are
+    upper bounds.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Forces in a conic program besides those of contact points: bars of supports, and bolts.
 
-The unknowns are the force of every bar, the tension of every element of a bolt, and two shears where a bolt with dowel
-action crosses from one block into another.
+The unknowns are the force of every bar and the tension of every element of a bolt. A bolt with dowel action has two
+shears where it crosses from one block into another.
 """
 
 from __future__ import annotations
@@ -150,8 +150,8 @@ class Ties:
     def taken(self, rates: FloatArray, slip: FloatArray, part: float) -> tuple[float, float]:
         """Return the greatest power that the forces take up, and by how much unlimited ones would move [m].
 
-        For any slips q of the nodes, tensions take up no more than the sum of ``yield * (rate - dq)``, where that is
-        positive, and of ``capacity * |q|``: a sum by parts, with bond forces within their capacity.
+        For any slips q of the nodes, tensions take up at most the sums of two terms, by parts: ``yield * (rate - dq)``
+        where that is positive, and ``capacity * |q|``.
 
         Parameters
         ----------
