@@ -98,7 +98,7 @@ ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "overlap": {"blocks", "contacts"},
     "in_situ": {"contacts", "step", "stress_field"},
     "mechanics": {"contacts", "in_situ", "motion", "record", "step"},
-    "limit": {"blocks"},
+    "limit": {"blocks", "bolts", "step"},
     "key_blocks": {"blocks"},
 }
 
