@@ -99,6 +99,7 @@ def run_all(folder: Path) -> None:
     for name in starter_names():
         command("new", name, str(folder / name))
         command("run", str(folder / name / "model.toml"))
+    bsm_mesh.Results.load(folder / "roof/out/model").plot("model")
     command("safety", str(folder / "wall/model.toml"))
     command("joint-test", str(folder / "cavern/model.toml"), "--joint", "J1", "-o", str(folder / "tested"))
     for path in sorted((ROOT / "examples").glob("*/*.toml")):

@@ -18,6 +18,13 @@ from bsm_mesh.text.terminal import say
 @click.option("--stage", metavar="NAME", help="Of this stage only, by name or number, -1 the last.")
 @click.option("--window", nargs=4, type=float, metavar="X0 Y0 X1 Y1", help="Of this part of the model only [m].")
 @click.option(
+    "--look",
+    nargs=2,
+    type=float,
+    metavar="AZIMUTH PLUNGE",
+    help="Of three dimensions: seen in this direction, degrees from north and downwards.",
+)
+@click.option(
     "--only",
     multiple=True,
     metavar="NAME",
@@ -36,6 +43,7 @@ def plot(
     out: Path,
     stage: str | None,
     window: tuple[float, float, float, float] | None,
+    look: tuple[float, float] | None,
     only: tuple[str, ...],
     beside: tuple[str, ...],
     animate: bool,
@@ -53,7 +61,7 @@ def plot(
         from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
 
         sources = ((name, str(Path(path).absolute())) for name, path in map(named_source, beside))
-        choice = PictureChoice(stage=stage, window=window, only=only, beside=tuple(sources))
+        choice = PictureChoice(stage=stage, window=window, look=look, only=only, beside=tuple(sources))
         drawn = draw_in_subprocess(out, choice, progress.often, animate=animate, step=step)
     for path in drawn:
         say(path)

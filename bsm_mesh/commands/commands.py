@@ -14,7 +14,6 @@ from bsm_mesh.folder.results_folder import refuse_unwritable
 from bsm_mesh.folder.run_file import run_file
 from bsm_mesh.folder.shaking_files import SHAKEN_FILES
 from bsm_mesh.folder.summary import summary
-from bsm_mesh.model.kinds import in_space
 from bsm_mesh.modelfile.build_marks import geometry_faults
 from bsm_mesh.modelfile.build_mesh import build_geometry, stdout_to_stderr
 from bsm_mesh.results.joint_sets import joint_sets
@@ -63,7 +62,7 @@ def run_model(
         results, notes, folder = done.results, done.notes, done.folder
         assert folder is not None
         drawn = []
-        if pictures and not in_space(results.blocks):
+        if pictures:
             from bsm_mesh.pictures.plot import draw_in_subprocess
 
             progress.report("pictures")
@@ -74,8 +73,6 @@ def run_model(
     else:
         _print_results(results, notes, verbose=verbose)
         _print_files(results, folder, drawn)
-        if pictures and in_space(results.blocks):
-            say("pictures are for the plane: none is drawn")
     return EXIT_CODES[results.status]
 
 
@@ -99,8 +96,7 @@ def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:
     series += "".join(f", {name}" for name in tables if (folder / name).exists())
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
-    drawable = not drawn and not in_space(results.blocks)
-    say(f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView" if drawable else "open blocks.pvd in ParaView")
+    say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
     if drawn:
         say(f"pictures: {counted(len(drawn), 'file')} in {drawn[0].parent}")
 

@@ -17,10 +17,12 @@ from bsm_mesh.folder.verify import grounds_in
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.quantities import quantities_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.model_text import MODEL
+from bsm_mesh.movements import distances
 from bsm_mesh.reading import refuse_special
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -42,8 +44,9 @@ from bsm_mesh.text.tables import (
     spread_rows,
 )
 
+PLANE = "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt."
+SPACE = "Three dimensions: x to the east, y to the north, z up; forces are those of whole blocks and single bolts."
 ASSUMPTIONS = (
-    "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
     "Blocks are rigid; rock and joints deform in the springs of their contacts (Wang 1992).",
     "Joints slip and open by their laws, and carry no tension beyond the strength that is given.",
     "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or fall.",
@@ -65,7 +68,6 @@ Rows = list[tuple[str, ...]]
 def content_of(out: Path) -> dict[str, Any]:
     """Return the results part of the page."""
     saved, results = SavedResults(out), load_results(out)
-    saved.refuse_space("report")
     told = saved.told
     grounds = {ground.stage: ground for ground in grounds_in(out)}
     model = saved.content(MODEL).decode("utf-8") if MODEL in saved else ""
@@ -83,7 +85,7 @@ def content_of(out: Path) -> dict[str, Any]:
         "spread": spread_rows(results.spread),
         "spread_text": spread_text(results.spread) if results.spread else "",
         "facts": _facts(results),
-        "assumptions": ASSUMPTIONS,
+        "assumptions": (SPACE if in_space(results.blocks) else PLANE, *ASSUMPTIONS),
         "input": _input(model),
         "model": model,
         "quality": _quality(results),
@@ -96,7 +98,7 @@ def content_of(out: Path) -> dict[str, Any]:
 
 def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     """Return the part of the page on a stage."""
-    moved = np.hypot(*stage.stage_displacement[:, :2].T) * stage.counts
+    moved = distances(stage.stage_displacement) * stage.counts
     most = int(moved.argmax())
     at = place(results.blocks.moments.centroid[most].round(2))  # to the centimetre
     rows: Rows = list(describe(results, stage))
@@ -168,7 +170,7 @@ def picture_data(path: Path) -> str:
 def _facts(results: Results) -> Rows:
     blocks = results.blocks
     low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
-    area = blocks.moments.area
+    bulk = blocks.moments.bulk
     return [
         ("scheme", results.scheme),
         ("tolerance", f"{results.tolerance:g} of the reference weight"),
@@ -176,14 +178,15 @@ def _facts(results: Results) -> Rows:
         ("extent", f"{place(low)} to {place(high)} m"),
         (
             "blocks",
-            f"{blocks.count}, of {float(area.min()):.3g} to {float(area.max()):.3g} m2",
+            f"{blocks.count}, of {float(bulk.min()):.3g} to {float(bulk.max()):.3g} {blocks.bulk_unit}",
         ),
     ]
 
 
 def _quality(results: Results) -> Rows:
-    """Return which blocks are poor, by the thresholds of `bsm-mesh check`."""
-    poor = poor_blocks(results.blocks, Thresholds())
+    """Return which blocks are poor, by the thresholds of `bsm-mesh check`; of polyhedra the slivers."""
+    blocks = results.blocks
+    poor = {"slivers": blocks.slivers} if in_space(blocks) else poor_blocks(blocks, Thresholds())
     return [
         (name.replace("_", " "), counted(len(found), "block"), numbered("block", found) if len(found) else "")
         for name, found in poor.items()
@@ -198,8 +201,9 @@ def _input(model: str) -> list[tuple[str, Rows]]:
         tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
     for kind in ("gravity", "in_situ", "water", "flow", "falls", "solver"):
         tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
-    for kind in ("support", "load", "bolt", "stage"):
-        tables += [(f"{kind} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]
+    for kind in ("joint_set", "joint_plane", "excavation", "support", "load", "bolt", "stage"):
+        name = kind.replace("_", " ")
+        tables += [(f"{name} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]
     units = {kind: _units(*owners) for kind, owners in QUANTITIES_OF.items()}
     found: list[tuple[str, Rows]] = []
     for name, table in tables:

@@ -5,10 +5,13 @@ Each draws on a sheet and returns its caption, or None where there is nothing to
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import counted
+from bsm_mesh.movements import distances
 from bsm_mesh.pictures.canvas import Sheet, add_blocks, add_joints, add_outline, add_paper, middle, scaled
 from bsm_mesh.pictures.marks import (
     add_bolts,
@@ -48,7 +51,7 @@ def draw_model(sheet: Sheet) -> str | None:
 def draw_displacement(sheet: Sheet) -> str | None:
     """Draw the blocks by the magnitude of their displacement."""
     scene = sheet.scene
-    size = np.hypot(*scene.stage.displacement[:, :2].T)
+    size = distances(scene.stage.displacement)
     greatest = _greatest(sheet, size)
     if greatest <= NOTHING * scene.size:
         return None
@@ -135,12 +138,12 @@ def draw_principal_stresses(sheet: Sheet) -> str | None:
 def draw_deformation(sheet: Sheet) -> str | None:
     """Draw the deformed blocks, exaggerated, over their outline (as Wang Fig. 6.10)."""
     scene = sheet.scene
-    if _greatest(sheet, np.hypot(*scene.stage.displacement[:, :2].T)) <= NOTHING * scene.size:
+    if _greatest(sheet, distances(scene.stage.displacement)) <= NOTHING * scene.size:
         return None
     factor = scene.exaggeration
     add_paper(sheet, factor)
     add_joints(sheet, factor)
-    sheet.lines(scene.outline(), colors="#0072b2", linewidths=1.2, linestyles="--", zorder=3)
+    sheet.outline(colors="#0072b2", linewidths=1.2, linestyles="--", zorder=3)
     sheet.explain("outline as given", color="#0072b2", linewidth=1.2, linestyle="--")
     told = add_gone(sheet)
     how = f"exaggerated {factor:g} times" if factor > 1 else "true to scale"
@@ -151,11 +154,11 @@ def draw_deformation(sheet: Sheet) -> str | None:
 def draw_final_position(sheet: Sheet) -> str | None:
     """Draw the blocks where they are at the end, true to scale (as Wang Fig. 4.19)."""
     scene = sheet.scene
-    faint = {"facecolors": "none", "edgecolors": "#b9b2a3", "linewidths": 0.7}
-    sheet.polygons(scene.polygons(scene.here), **faint)
+    faint: dict[str, Any] = {"facecolors": "none", "edgecolors": "#b9b2a3", "linewidths": 0.7}
+    sheet.blocks(scene.here, **faint)
     stays = scene.here[~scene.apart[scene.here]]
     edges = {"edgecolors": "#33475b" if scene.outlines_seen else "face", "linewidths": 0.5}
-    sheet.polygons(scene.polygons(stays, 1.0), facecolors="#c9d8ea", **edges)
+    sheet.blocks(stays, 1.0, facecolors="#c9d8ea", **edges)
     sheet.explain_patch("as given", facecolor="white", edgecolor="#b9b2a3")
     sheet.explain_patch("at the end", facecolor="#c9d8ea", edgecolor="#33475b")
     told = add_gone(sheet, 1.0)

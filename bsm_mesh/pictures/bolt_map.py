@@ -59,7 +59,8 @@ def _add_names(sheet: Sheet) -> None:
     if bolts.count > MOST_NAMED:
         return
     x0, y0, x1, y1 = sheet.scene.view
-    tips, heads = bolts.original[bolts.node_start[1:] - 1], bolts.original[bolts.node_start[:-1]]
+    seen = sheet.scene.flat(bolts.original)
+    tips, heads = seen[bolts.node_start[1:] - 1], seen[bolts.node_start[:-1]]
     for name, (x, y), side in zip(bolts.names, tips.tolist(), np.sign(tips[:, 0] - heads[:, 0]).tolist(), strict=True):
         if x0 < x < x1 and y0 < y < y1:
             sheet.axes.annotate(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.movements import translations
 from bsm_mesh.pictures.figures import TEXT, entitle, paper
 from bsm_mesh.pictures.scene import Scene
 from bsm_mesh.text.tables import engineering
@@ -26,6 +27,7 @@ LETTERS = 11.0  # of the title in an inch
 FALLS, SLIPS, OPENS, HOLDS, WATER, BOLTS = "#d55e00", "#e69f00", "#0072b2", "#9a9a9a", "#56b4e9", "#006d4e"
 SETS = ("#222222", "#0072b2", "#cc79a7", "#009e73", "#8a5a00", "#56b4e9")
 ROCKS = ("#f4f1ea", "#dcd3bf", "#dfe7ee", "#ece0ea", "#dcebdf", "#cfcfcf")
+NUMBER: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7, "color": "#6b6b6b", "zorder": 2.5}
 LINE, FAINT = "#555555", "#c9c3b4"
 
 
@@ -57,6 +59,46 @@ class Sheet:
 
         return self.axes.add_collection(PolyCollection(outlines, **style), autolim=False)
 
+    def blocks(self, blocks: IntArray, factor: float = 0.0, **style: Any) -> Any:
+        """Add blocks (k,), moved by so many times their displacement, and return their collection."""
+        return self.polygons(self.scene.polygons(blocks, factor), **style)
+
+    def outline(self, factor: float = 0.0, **style: Any) -> None:
+        """Add the outline of the body, its blocks moved by so many times their displacement."""
+        self.lines(self.scene.outline(factor), **style)
+
+    def points(self, points: FloatArray, **style: Any) -> None:
+        """Add marks at points (k, 2) [m]."""
+        self.axes.plot(*points.T, linestyle="none", clip_on=False, zorder=4, **style)
+
+    @property
+    def shows_outside(self) -> bool:
+        """Whether what lies on the outer faces is seen."""
+        return True
+
+    def faces(self, chosen: IntArray, factor: float = 0.0, *, widths: FloatArray | float, **style: Any) -> Any:
+        """Add joint faces (k,), moved by so many times their displacement, as lines of widths in points."""
+        return self.lines(self.scene.face_lines(factor)[chosen], linewidths=widths, **style)
+
+    def background(self, factor: float = 0.0) -> None:
+        """Add the blocks behind joint faces."""
+        add_paper(self, factor)
+
+    def numbers(self, room: float) -> bool:
+        """Write numbers of blocks larger than a part of the visible one; return whether there are any."""
+        scene, moments = self.scene, self.scene.results.blocks.moments
+        wide = moments.size[scene.shown] > room * scene.size
+        blocks = scene.shown[wide & ~scene.apart[scene.shown]]
+        x0, y0, x1, y1 = scene.view
+        for block, (x, y) in zip(blocks.tolist(), moments.centroid[blocks].tolist(), strict=True):
+            if x0 < x < x1 and y0 < y < y1:
+                self.axes.text(x, y, str(block), **NUMBER)
+        return bool(len(blocks))
+
+    def complete(self) -> str:
+        """Draw what waits until all is known, and return what to say of it in the caption."""
+        return ""
+
     def lines(self, ends: FloatArray, **style: Any) -> Any:
         """Add straight lines (k, 2, 2), and return their collection."""
         from matplotlib.collections import LineCollection
@@ -83,8 +125,8 @@ class Sheet:
         bar.outline.set_visible(False)
 
 
-def new_sheet(scene: Scene, figure: Figure | None = None, place: tuple[int, int, int] = (1, 1, 1)) -> Sheet:
-    """Return an empty sheet for a scene, on a figure of its own where none is given, at a place as of a subplot."""
+def empty_axes(scene: Scene, figure: Figure | None, place: tuple[int, int, int]) -> tuple[Figure, Any]:
+    """Return figure and empty axes for a scene, a figure of its own where none is given."""
     x0, y0, x1, y1 = scene.view
     if figure is None:
         figure = paper(_paper_size((y1 - y0) / (x1 - x0)), DPI)
@@ -98,11 +140,12 @@ def new_sheet(scene: Scene, figure: Figure | None = None, place: tuple[int, int,
     axes.set_ylabel("y, m", fontsize=9)
     axes.tick_params(labelsize=9, color="#999999")
     axes.set_axisbelow(True)
-    return Sheet(figure=figure, axes=axes, scene=scene)
+    return figure, axes
 
 
 def finish(sheet: Sheet, caption: str) -> Figure:
     """Write title, caption and key, and return the figure."""
+    caption += sheet.complete()
     width = int(LETTERS * (sheet.figure.get_figwidth() - BESIDE))
     title = "\n".join(textwrap.wrap(sheet.scene.title, width))
     told = "\n".join(textwrap.wrap(caption, int(1.25 * width)))
@@ -158,8 +201,8 @@ def add_blocks(sheet: Sheet, values: FloatArray, title: str, colours: str, among
     scene = sheet.scene
     chosen = scene.shown[(~scene.apart if among is None else among)[scene.shown]]
     (low, high), remark = limits(values[chosen])
-    drawn = sheet.polygons(
-        scene.polygons(chosen),
+    drawn = sheet.blocks(
+        chosen,
         array=values[chosen],
         cmap=colours,
         edgecolors=LINE if scene.outlines_seen else "face",
@@ -178,7 +221,7 @@ def add_paper(sheet: Sheet, factor: float = 0.0, *, rocks: bool = False) -> None
     rock = blocks.rock[chosen] if rocks else np.zeros(len(chosen), np.int32)
     colours = np.array(ROCKS, dtype=object)[rock % len(ROCKS)]
     edges = {"edgecolors": FAINT if scene.outlines_seen else "face", "linewidths": 0.4}
-    sheet.polygons(scene.polygons(chosen, factor), facecolors=list(colours), **edges)
+    sheet.blocks(chosen, factor, facecolors=list(colours), **edges)
     if rocks:
         for number in np.unique(rock).tolist():
             sheet.explain_patch(blocks.rock_names[number], facecolor=ROCKS[number % len(ROCKS)], edgecolor=FAINT)
@@ -187,12 +230,14 @@ def add_paper(sheet: Sheet, factor: float = 0.0, *, rocks: bool = False) -> None
 
 def add_outline(sheet: Sheet, factor: float = 0.0) -> None:
     """Draw the outline of the body."""
-    sheet.lines(sheet.scene.outline(factor), colors="black", linewidths=1.2)
+    sheet.outline(factor, colors="black", linewidths=1.2)
 
 
 def add_joints(sheet: Sheet, factor: float = 0.0, *, sets: bool = False) -> None:
-    """Draw the joints as thin lines; by their set, with a key, where asked."""
+    """Draw the joints as thin lines; by their set, with a key, where asked. In space they are edges of the blocks."""
     scene = sheet.scene
+    if not scene.is_plane:
+        return
     faces, names = scene.faces, scene.results.joint_names
     chosen = (faces.joint >= 0) & ~gone(scene)
     lines, joint = scene.face_lines(factor)[chosen], faces.joint[chosen]
@@ -207,11 +252,10 @@ def add_joints(sheet: Sheet, factor: float = 0.0, *, sets: bool = False) -> None
 
 def gone(scene: Scene) -> Any:
     """Return which faces are of unstable blocks, (k,) bool."""
-    faces = scene.faces
-    return scene.down[faces.block_a] | scene.down[faces.block_b]
+    return scene.down[scene.face_pairs].any(axis=1)
 
 
 def middle(scene: Scene, blocks: IntArray, factor: float = 0.0) -> FloatArray:
-    """Return the centroids of blocks, moved by so many times their displacement, (k, 2) [m]."""
-    centre = scene.results.blocks.moments.centroid[blocks] + factor * scene.stage.displacement[blocks, :2]
-    return centre
+    """Return the centroids of blocks, moved by so many times their displacement, as they are seen, (k, 2) [m]."""
+    centre = scene.results.blocks.moments.centroid[blocks] + factor * translations(scene.stage.displacement[blocks])
+    return scene.flat(centre)

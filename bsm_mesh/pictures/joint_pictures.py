@@ -27,6 +27,7 @@ from bsm_mesh.text.tables import engineering, percent
 
 WIDEST, NARROWEST = 7.0, 0.4  # points: lines of the greatest and of the least force that is drawn
 LEAST = 1e-6  # of the greatest: what is less is not drawn
+LEAST_IN_SPACE = 0.1  # of the greatest: what is less would hide what lies behind
 TRUE = 1.0  # joints are drawn where the blocks are, to scale
 
 
@@ -36,19 +37,22 @@ def draw_state(sheet: Sheet) -> str | None:
     chosen = _joints(scene)
     if not chosen.any():
         return None
-    add_paper(sheet, TRUE)
-    status, lines, length = scene.faces.status, scene.face_lines(TRUE), scene.faces.length
+    sheet.background(TRUE)
+    status, length, given = scene.faces.status, scene.faces.length, scene.results.blocks
     total = float(length[chosen].sum())
     slipping, is_open = scene.faces.slipping, scene.faces.open
+    measure = "length" if scene.is_plane else "area"
     for kind, colour, width, part in (
         (ContactStatus.STICKING, HOLDS, 1.0, 1.0 - slipping - is_open),
         (ContactStatus.OPEN, OPENS, 2.6, is_open),
         (ContactStatus.SLIPPING, SLIPS, 2.6, slipping),
     ):
-        sheet.lines(lines[chosen & (status == kind)], colors=colour, linewidths=width, zorder=2.5)
+        if scene.is_plane or kind != ContactStatus.STICKING:  # in space these would hide the others
+            mine = np.flatnonzero(chosen & (status == kind))
+            sheet.faces(mine, TRUE, widths=width, colors=colour, zorder=2.5)
         share = percent(float((length * part)[chosen].sum()) / total) if total else "0 %"
-        sheet.explain(f"{kind.name.lower()}, {share} of the length", color=colour, linewidth=width)
-    return f"state of the joints, {engineering(total, 'm')} in all{_over(sheet)}"
+        sheet.explain(f"{kind.name.lower()}, {share} of the {measure}", color=colour, linewidth=width)
+    return f"state of the joints, {engineering(total, given.face_unit)} in all{_over(sheet)}"
 
 
 def draw_slip(sheet: Sheet) -> str | None:
@@ -118,24 +122,26 @@ def _by_value(
     greatest = float(values[chosen].max(initial=0.0))
     if greatest <= 0 or (unit == "m" and greatest < 1e-12 * scene.size):
         return None
-    add_paper(sheet, TRUE)
+    sheet.background(TRUE)
+    if not scene.is_plane:
+        chosen = chosen & (values >= LEAST_IN_SPACE * greatest)
     shown, prefixed = scaled(values[chosen], unit) if unit else (values[chosen], "")
     (_, high), remark = ((0.0, ends[1]), "") if ends else limits(shown)
     order = np.argsort(shown, kind="stable")  # the greatest on top
     width = np.clip(4.0 * shown / (high or 1.0), 0.7, 4.0)
-    drawn = sheet.lines(
-        scene.face_lines(TRUE)[chosen][order], array=shown[order], cmap=colours, linewidths=width[order], zorder=2.5
-    )
+    faces = np.flatnonzero(chosen)[order]
+    drawn = sheet.faces(faces, TRUE, widths=width[order], array=shown[order], cmap=colours, zorder=2.5)
     drawn.set_clim(0, high or 1.0)
     sheet.scale(drawn, f"{name}, {prefixed}" if prefixed else name)
     told = engineering(greatest, unit) if unit else f"{greatest:.3g}"
-    return f"joints by {name}, greatest {told}{remark}{_over(sheet)}"
+    least = "" if scene.is_plane else f", those above {percent(LEAST_IN_SPACE)} of it"
+    return f"joints by {name}, greatest {told}{least}{remark}{_over(sheet)}"
 
 
 def _joints(scene: Scene) -> BoolArray:
     """Return which faces have a joint, stay and are seen, (k,)."""
     faces = scene.faces
-    seen = _seen(scene, np.column_stack([faces.block_a, faces.block_b]))
+    seen = _seen(scene, scene.face_pairs)
     chosen: BoolArray = (faces.joint >= 0) & seen & ~gone(scene)
     return chosen
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import counted, numbered
+from bsm_mesh.movements import lengths, translations
 from bsm_mesh.pictures.canvas import BOLTS, FALLS, WATER, Sheet, middle
 from bsm_mesh.pictures.figures import TEXT
 from bsm_mesh.pictures.scene import Scene
@@ -39,9 +40,8 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     given. Blocks too small to count (`falls.ignore_below`) have no ring.
     """
     scene, stage = sheet.scene, sheet.scene.stage
-    away = factor * stage.displacement[:, :2]
     x0, y0, x1, y1 = scene.view
-    centre = scene.results.blocks.moments.centroid + away
+    centre = middle(scene, np.arange(scene.results.blocks.count), factor)
     out = ~((centre > (x0, y0)) & (centre < (x1, y1))).all(axis=1)
     told = []
     taken, counts = np.zeros_like(scene.down), np.ones_like(scene.down)
@@ -61,7 +61,7 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
         here, given = np.flatnonzero(mask & ~out & ~taken), np.flatnonzero(mask & (out | taken))
         for those, drawn in ((here, factor), (given, 0.0)):
             if len(those):
-                sheet.polygons(scene.polygons(those, drawn), **look, zorder=3)
+                sheet.blocks(those, drawn, **look, zorder=3)
                 those = those[counts[those]]
                 add_rings(sheet, those, middle(scene, those, drawn))
         sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
@@ -75,19 +75,20 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
 def add_rings(sheet: Sheet, blocks: IntArray, centre: FloatArray) -> None:
     """Draw a ring round each group of blocks that lie together, and name it; `centre` (k, 2) [m] is where they are."""
     scene = sheet.scene
-    area = scene.results.blocks.moments.area
-    radius = np.maximum(0.9 * np.sqrt(area[blocks]), LEAST_RING * scene.size)
+    given = scene.results.blocks
+    bulk = given.moments.bulk
+    radius = np.maximum(0.9 * given.moments.size[blocks], LEAST_RING * scene.size)
     groups = [np.flatnonzero(mine) for mine in _together(centre, radius)]
-    groups.sort(key=lambda group: -float(area[blocks[group]].sum()))
+    groups.sort(key=lambda group: -float(bulk[blocks[group]].sum()))
     weight = _weight(scene)
     for group in groups[:MOST_RINGS]:
         low, high = (centre[group] - radius[group, None]).min(axis=0), (centre[group] + radius[group, None]).max(axis=0)
         at, across = (low + high) / 2, float((high - low).max())
         if across > WIDEST_RING * scene.size:  # so many are seen without a ring; the largest of them is pointed at
-            at, across = centre[group[area[blocks[group]].argmax()]], 0.0
-        total = area[blocks[group]].sum()
-        text = f"{numbered('block', blocks[group], 6)}\n{total:.3g} m2"
-        text += f", {engineering(float(weight[blocks[group]].sum()), 'N/m')}" if weight.any() else ""
+            at, across = centre[group[bulk[blocks[group]].argmax()]], 0.0
+        total = bulk[blocks[group]].sum()
+        text = f"{numbered('block', blocks[group], 6)}\n{total:.3g} {given.bulk_unit}"
+        text += f", {engineering(float(weight[blocks[group]].sum()), given.force_unit)}" if weight.any() else ""
         add_name(sheet, at, text, FALLS, NAME_PLACES, across=across)
 
 
@@ -169,33 +170,37 @@ def _together(centre: FloatArray, radius: FloatArray) -> list[BoolArray]:
 
 
 def _weight(scene: Scene) -> FloatArray:
-    """Return the weight of every block as a size, (n,) [N/m]."""
+    """Return the weight of every block as a size, (n,) [N/m], in space [N]."""
     evidence = scene.stage.evidence
     if evidence is None:
         return np.zeros(scene.results.blocks.count)
-    weight: FloatArray = np.hypot(*evidence.weight.T)
+    weight = lengths(evidence.weight)
     for fall in scene.stage.falls:  # they are there no more
         weight[fall.block] = fall.weight
     return weight
 
 
 def add_supports(sheet: Sheet) -> None:
-    """Draw where supports hold the blocks: a triangle where in both directions, a circle where in one."""
+    """Draw where supports hold the blocks: a triangle where in all directions, a circle where in some."""
     evidence, scene = sheet.scene.stage.evidence, sheet.scene
-    if evidence is None or not len(evidence.bar_block):
+    if evidence is None or not len(evidence.bar_block) or not sheet.shows_outside:
         return
     points, of_point = np.unique(evidence.bar_point.round(9), axis=0, return_inverse=True)
-    along = np.zeros((len(points), 2))
+    along = np.zeros(points.shape)
     np.maximum.at(along, of_point.reshape(-1), np.abs(evidence.bar_direction))
     both = (along > 0.1).all(axis=1)
-    chosen = scene.spread(points, MOST_SUPPORTS)
+    chosen = scene.spread(scene.flat(points), MOST_SUPPORTS)
     for mask, label, style in (
         (both, "fixed", {"marker": "^", "markersize": 7, "color": TEXT}),
-        (~both, "fixed in one direction", {"marker": "o", "markersize": 5, "color": TEXT, "markerfacecolor": "white"}),
+        (
+            ~both,
+            "fixed in one direction" if scene.is_plane else "fixed in some directions",
+            {"marker": "o", "markersize": 5, "color": TEXT, "markerfacecolor": "white"},
+        ),
     ):
         mine = chosen[np.asarray(mask)[chosen]]
         if len(mine):
-            sheet.axes.plot(*points[mine].T, linestyle="none", clip_on=False, zorder=4, **style)
+            sheet.points(points[mine], **style)
             sheet.explain(label, linestyle="none", **style)
 
 
@@ -207,18 +212,20 @@ def add_loads(sheet: Sheet) -> None:
     scene, stage = sheet.scene, sheet.scene.stage
     if stage.evidence is None:
         return
-    applied = stage.loads[:, :2] - stage.water[:, :2] - stage.evidence.weight
-    size = np.hypot(*applied.T)
+    applied = translations(stage.loads) - translations(stage.water) - stage.evidence.weight
+    size = lengths(applied)
     greatest = float(size[scene.shown].max(initial=0.0))
-    if greatest <= ROUNDING * float(np.abs(stage.loads[:, :2]).max(initial=0.0)):
+    if greatest <= ROUNDING * float(np.abs(translations(stage.loads)).max(initial=0.0)):
         return
-    blocks = scene.shown[size[scene.shown] > LEAST_LOAD * greatest]
-    sense = applied[blocks] / size[blocks, None]
-    at = middle(scene, blocks) - 0.5 * np.sqrt(scene.results.blocks.moments.area[blocks])[:, None] * sense
+    given, blocks = scene.results.blocks, scene.shown[size[scene.shown] > LEAST_LOAD * greatest]
+    sense = scene.flat(applied[blocks] / size[blocks, None])
+    at = middle(scene, blocks) - 0.5 * given.moments.size[blocks][:, None] * sense
     chosen = scene.spread(at, MOST_LOADS)
-    vector = applied[blocks[chosen]] * (LONGEST_LOAD * scene.size / greatest)
+    vector = scene.flat(applied[blocks[chosen]]) * (LONGEST_LOAD * scene.size / greatest)
     arrows(sheet, at[chosen] - vector, vector, OF_LOADS)
-    sheet.explain(f"loads, greatest {engineering(greatest, 'N/m')}", color=OF_LOADS, marker=">", linewidth=1.5)
+    sheet.explain(
+        f"loads, greatest {engineering(greatest, given.force_unit)}", color=OF_LOADS, marker=">", linewidth=1.5
+    )
 
 
 def arrows(sheet: Sheet, tail: FloatArray, vector: FloatArray, colour: Any, **style: Any) -> Any:
@@ -232,6 +239,8 @@ def arrows(sheet: Sheet, tail: FloatArray, vector: FloatArray, colour: Any, **st
 def add_gravity(sheet: Sheet) -> None:
     """Draw the direction of gravity in the upper left corner."""
     evidence = sheet.scene.stage.evidence
+    if not sheet.scene.is_plane:  # it has a direction of its own in the picture
+        return
     pull = np.zeros(2) if evidence is None else evidence.weight.sum(axis=0)
     if not pull.any():
         return
@@ -266,30 +275,21 @@ def add_heads(sheet: Sheet) -> None:
     """Draw the heads of the bolts as dots."""
     bolts = sheet.scene.stage.bolts
     heads = bolts.original[bolts.node_start[:-1]][bolts.status != BoltStatus.ABSENT]
-    sheet.axes.plot(*heads.T, linestyle="none", marker="o", markersize=4, color=TEXT, zorder=5)
+    sheet.axes.plot(*sheet.scene.flat(heads).T, linestyle="none", marker="o", markersize=4, color=TEXT, zorder=5)
 
 
 def bolt_lines(scene: Scene) -> tuple[FloatArray, IntArray]:
-    """Return both ends of the elements that are there, (k, 2, 2) [m], and their numbers."""
+    """Return both ends of the elements that are there, as they are seen, (k, 2, 2) [m], and their numbers."""
     bolts = scene.stage.bolts
     element = np.flatnonzero(bolts.alive)
     first = bolts.first_node[element]
-    return np.stack([bolts.original[first], bolts.original[first + 1]], axis=1), element
+    seen = scene.flat(bolts.original)
+    return np.stack([seen[first], seen[first + 1]], axis=1), element
 
 
 def add_numbers(sheet: Sheet) -> bool:
     """Write the numbers of the blocks in which they can be read; return whether there are any."""
-    scene = sheet.scene
-    moments = scene.results.blocks.moments
-    wide = np.sqrt(moments.area[scene.shown]) > ROOM_FOR_NUMBER * scene.size
-    blocks = scene.shown[wide & ~scene.apart[scene.shown]]
-    if not len(blocks) or len(scene.shown) > ENOUGH:
-        return False
-    x0, y0, x1, y1 = scene.view
-    for block, (x, y) in zip(blocks.tolist(), moments.centroid[blocks].tolist(), strict=True):
-        if x0 < x < x1 and y0 < y < y1:
-            sheet.axes.text(x, y, str(block), ha="center", va="center", fontsize=7, color="#6b6b6b", zorder=2)
-    return True
+    return len(sheet.scene.shown) <= ENOUGH and sheet.numbers(ROOM_FOR_NUMBER)
 
 
 def told_count(sheet: Sheet) -> str:

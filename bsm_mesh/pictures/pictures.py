@@ -4,7 +4,8 @@ A picture of a stage is a figure of Matplotlib (`figure_of`), whoever writes it.
 picture's name alone, as ``displacement.png``; those of stages before have their number too:
 ``displacement_stage_0.png``.
 
-Matplotlib draws them and not VTK, which needs OpenGL, has no round ticks and cannot be shown in a notebook.
+Matplotlib draws them and not VTK, which needs OpenGL, has no round ticks and cannot be shown in a notebook; in space
+too, with a depth buffer of our own (docs/decisions, D0001).
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ import numpy as np
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.storage import load_results
-from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.pictures.beside import with_sources
 from bsm_mesh.pictures.block_pictures import (
     draw_arrows,
@@ -35,10 +35,11 @@ from bsm_mesh.pictures.block_pictures import (
 )
 from bsm_mesh.pictures.bolt_map import draw_bolt_utilisation, draw_bolts
 from bsm_mesh.pictures.bolt_pictures import draw_bolt_forces
-from bsm_mesh.pictures.canvas import Sheet, finish, new_sheet
+from bsm_mesh.pictures.canvas import Sheet, finish
 from bsm_mesh.pictures.figures import save
 from bsm_mesh.pictures.flow_pictures import draw_discharge, draw_head
 from bsm_mesh.pictures.history_pictures import draw_histories
+from bsm_mesh.pictures.joint_net import draw_joint_net
 from bsm_mesh.pictures.joint_pictures import (
     draw_opening,
     draw_pressure,
@@ -57,6 +58,7 @@ from bsm_mesh.pictures.shaking_pictures import (
     draw_permanent,
     draw_time_histories,
 )
+from bsm_mesh.pictures.sheets import new_sheet, scene_of
 from bsm_mesh.pictures.water_pictures import draw_water
 from bsm_mesh.pictures.zone_pictures import draw_zone_sigma_1, draw_zone_sigma_3, draw_zone_yielding
 from bsm_mesh.results.results import Results
@@ -96,6 +98,7 @@ def _draw_forces_of_bolts(results: Results, number: int, title: str, figure: Fig
     return draw_bolt_forces(results.stages[number].bolts, title, figure)
 
 
+OF_THE_PLANE = ("displacement_arrows", "principal_stresses", "thrust", "water_pressure")
 FOLLOWING = ("final_position",)  # shows what has left the model's box
 OF_A_STAGE: dict[str, Callable[[Results, int, str, Figure | None], Figure | None]] = {
     "bolt_forces": _draw_forces_of_bolts,
@@ -103,6 +106,7 @@ OF_A_STAGE: dict[str, Callable[[Results, int, str, Figure | None], Figure | None
     "shaking_energy": draw_energy,
 }
 OF_THE_RUN = {
+    "stereonet": draw_joint_net,
     "histories": draw_histories,
     "extensometers": draw_extensometers,
     "profiles": draw_profiles,
@@ -113,7 +117,12 @@ NAMES = (*PICTURES, *CHARTS)
 
 
 def figure_of(
-    results: Results, name: str, stage: int | str = -1, window: Window | None = None, figure: Figure | None = None
+    results: Results,
+    name: str,
+    stage: int | str = -1,
+    window: Window | None = None,
+    figure: Figure | None = None,
+    look: tuple[float, float] | None = None,
 ) -> Figure | None:
     """Return a picture of a stage, or None where there is nothing to show.
 
@@ -130,6 +139,8 @@ def figure_of(
         The visible part.
     figure : matplotlib.figure.Figure, optional
         The figure to draw on; by default one of its own, as large as suits.
+    look : (azimuth, plunge), optional [degrees]
+        From where blocks in space are seen.
 
     Raises
     ------
@@ -141,11 +152,13 @@ def figure_of(
     number = stage_number(results, stage)
     if name in CHARTS:
         return _chart(results, number, name, figure)
-    scene = Scene(results=results, number=number, title=stage_heading(results, number), window=window)
+    scene = scene_of(results, number, stage_heading(results, number), window=window, look=look)
     return _figure(scene, name, figure)
 
 
 def _figure(scene: Scene, name: str, figure: Figure | None = None) -> Figure | None:
+    if name in OF_THE_PLANE and not scene.is_plane:
+        return None
     if name in FOLLOWING and scene.window is None:
         scene = replace(scene, window=scene.following)
     sheet = new_sheet(scene, figure)
@@ -184,13 +197,13 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> Iterator[Path]:
     refuse_window(choice.window, names)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
     results = load_results(folder)
-    refuse_space(results.blocks, "plot")
     for name, path in choice.beside:
         results = with_sources(results, {name: path})
     nothing = True
     stages = range(len(results.stages)) if choice.stage is None else [stage_number(results, choice.stage)]
     for number in stages:
-        scene = Scene(results=results, number=number, title=stage_heading(results, number), window=choice.window)
+        title = stage_heading(results, number)
+        scene = scene_of(results, number, title, window=choice.window, look=choice.look)
         suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
         suffix += "" if choice.window is None else "_window"
         of_place = [name for name in names if name in PICTURES]

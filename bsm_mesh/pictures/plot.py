@@ -29,6 +29,8 @@ class PictureChoice:
         Name or number of the stage, -1 the last one; by default all.
     window : (x0, y0, x1, y1), optional [m]
         The visible part; by default the whole model.
+    look : (azimuth, plunge), optional [degrees]
+        View of blocks in space; by default at the blocks that fall.
     only : tuple of str
         Names of pictures, or words that several begin with, as ``joints``; by default all.
     beside : tuple of (name, path)
@@ -37,6 +39,7 @@ class PictureChoice:
 
     stage: str | None = None
     window: tuple[float, float, float, float] | None = None
+    look: tuple[float, float] | None = None
     only: tuple[str, ...] = ()
     beside: tuple[tuple[str, str], ...] = ()
 

@@ -13,10 +13,11 @@ import numpy as np
 from bsm_mesh.errors import ModelError
 from bsm_mesh.pictures.beside import with_sources
 from bsm_mesh.pictures.block_pictures import draw_model
-from bsm_mesh.pictures.canvas import finish, new_sheet
+from bsm_mesh.pictures.canvas import finish
 from bsm_mesh.pictures.figures import plain_texts
 from bsm_mesh.pictures.pictures import figure_of
-from bsm_mesh.pictures.scene import Scene, Window
+from bsm_mesh.pictures.scene import Window
+from bsm_mesh.pictures.sheets import new_sheet, scene_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results, Source
 
@@ -33,11 +34,12 @@ def plot_results(
     window: Window | None,
     figure: Figure | None,
     beside: Mapping[str, Source] | Sequence[Source] | Source = (),
+    look: tuple[float, float] | None = None,
 ) -> Figure:
     """Return a picture of a stage; parameters and errors as for `Results.plot`."""
     if isinstance(beside, str | PathLike | Results) or beside:
         results = with_sources(results, beside)
-    drawn = figure_of(results, picture, stage, window, figure)
+    drawn = figure_of(results, picture, stage, window, figure, look)
     if drawn is None:
         raise ModelError(f"plot: there is nothing to show in '{picture}' of that stage")
     return _shown(drawn)
@@ -45,7 +47,7 @@ def plot_results(
 
 def plot_model(model: Model, window: Window | None, figure: Figure | None) -> Figure:
     """Return a picture of a model before it is run; parameters as for `Model.plot`."""
-    scene = Scene(results=as_given(model), number=0, title=f"{model.title or 'Model'}: as given", window=window)
+    scene = scene_of(as_given(model), 0, f"{model.title or 'Model'}: as given", window=window)
     sheet = new_sheet(scene, figure)
     return _shown(finish(sheet, draw_model(sheet) or ""))
 

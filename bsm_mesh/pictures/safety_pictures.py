@@ -12,11 +12,12 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.pictures.canvas import FALLS, LETTERS, LINE, ROCKS, Sheet, add_key, new_sheet
+from bsm_mesh.pictures.canvas import FALLS, LETTERS, LINE, ROCKS, Sheet, add_key
 from bsm_mesh.pictures.figures import TEXT, entitle, paper, save
 from bsm_mesh.pictures.joint_pictures import draw_state
 from bsm_mesh.pictures.marks import add_rings, arrows
 from bsm_mesh.pictures.scene import Scene
+from bsm_mesh.pictures.sheets import new_sheet
 from bsm_mesh.pictures.zone_pictures import draw_moved_zones, draw_zone_yielding
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult

@@ -113,6 +113,15 @@ class Scene:
         return min(x0, float(low[0])), min(y0, float(low[1])), max(x1, float(high[0])), max(y1, float(high[1]))
 
     @property
+    def is_plane(self) -> bool:
+        """Whether the blocks are polygons: joints are lines between them."""
+        return True
+
+    def flat(self, points: FloatArray) -> FloatArray:
+        """Return where points or vectors (k, 2) are seen in the picture, (k, 2): as they are."""
+        return points
+
+    @property
     def size(self) -> float:
         """Diagonal of the visible part [m]."""
         x0, y0, x1, y1 = self.view
@@ -128,6 +137,11 @@ class Scene:
     def faces(self) -> JointFaces:
         """The faces between the blocks."""
         return joint_faces(self.results, self.stage)
+
+    @property
+    def face_pairs(self) -> IntArray:
+        """The two blocks of every face, (k, 2)."""
+        return np.column_stack([self.faces.block_a, self.faces.block_b])
 
     @property
     def outlines_seen(self) -> bool:
@@ -189,9 +203,13 @@ class Scene:
     @cached_property
     def exaggeration(self) -> float:
         """How many times displacements are drawn: a round number, at least 1."""
+        return exaggeration(self.greatest_movement, self.results.blocks, self.here)
+
+    @property
+    def greatest_movement(self) -> float:
+        """Greatest displacement of a corner of the blocks that stay [m]."""
         stays = self.stage.present & ~self.apart
-        moved = np.hypot(*self.corner_movement[stays[self.results.blocks.owner]].T)
-        return exaggeration(float(moved.max(initial=0.0)), self.results.blocks, self.here)
+        return float(np.hypot(*self.corner_movement[stays[self.results.blocks.owner]].T).max(initial=0.0))
 
     def spread(self, points: FloatArray, most: int) -> IntArray:
         """Return at most about so many of the points (k, 2) within the view, evenly spread, (m,)."""

@@ -146,6 +146,7 @@ class Results:
         window: tuple[float, float, float, float] | None = None,
         figure: Figure | None = None,
         beside: Mapping[str, Source] | Sequence[Source] | Source = (),
+        look: tuple[float, float] | None = None,
     ) -> Figure:
         """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to continue with.
 
@@ -163,14 +164,15 @@ class Results:
             The figure to draw on; by default one of its own, to be saved (``savefig``) or shown by a notebook.
         beside : path, Results, or several of them, or a mapping of names to them
             The values compared with the histories: tables (CSV), results folders, other results.
+        look : (azimuth, plunge), optional [degrees]
+            Direction in which polyhedra are seen: clockwise from north, and downwards; by default at those that fall.
 
         Raises
         ------
         ModelError
             If there is no such picture or stage, nothing to show in it, or the window is none, or of a chart.
         """
-        refuse_space(self.blocks, "Results.plot")
-        return doors.plot_results(self, picture, stage, window, figure, beside)
+        return doors.plot_results(self, picture, stage, window, figure, beside, look)
 
     def _repr_html_(self) -> str | None:
         """Return the results as HTML for a notebook; None of polyhedra: their text."""

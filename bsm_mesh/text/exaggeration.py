@@ -39,7 +39,7 @@ def factors_up_to(greatest: float) -> list[float]:
 
 def size_of(blocks: Blocks) -> float:
     """Return the diagonal of the blocks' box [m]."""
-    return float(np.hypot(*np.ptp(blocks.vertices, axis=0)))
+    return float(np.linalg.norm(np.ptp(blocks.vertices, axis=0)))
 
 
 def opening_of(blocks: Blocks, here: IntArray) -> float:
@@ -52,9 +52,10 @@ def opening_of(blocks: Blocks, here: IntArray) -> float:
     here : (k,) int
         Those that are there.
     """
-    width, height = np.ptp(blocks.vertices, axis=0)
-    void = float(width * height - blocks.moments.area[here].sum())
-    return float(np.sqrt(void)) if void > LEAST_VOID * width * height else 0.0
+    sides = np.ptp(blocks.vertices, axis=0)
+    box = float(np.prod(sides))
+    void = box - float(blocks.moments.bulk[here].sum())
+    return float(void ** (1 / len(sides))) if void > LEAST_VOID * box else 0.0
 
 
 def exaggeration(greatest: float, blocks: Blocks, here: IntArray) -> float:

@@ -12,12 +12,13 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
-from bsm_mesh.pictures.canvas import DPI, FALLS, NARROWEST, WATER, WIDTH, new_sheet
+from bsm_mesh.pictures.canvas import DPI, FALLS, NARROWEST, WATER, WIDTH
 from bsm_mesh.pictures.figures import entitle, paper
 from bsm_mesh.pictures.marks import NAME_PLACES, add_name
 from bsm_mesh.pictures.pictures import PICTURES, figure_of
 from bsm_mesh.pictures.plot import draw_in_subprocess
 from bsm_mesh.pictures.scene import Scene
+from bsm_mesh.pictures.sheets import new_sheet
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.results.stress import extreme_stresses, principal_stresses

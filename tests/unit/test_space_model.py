@@ -100,7 +100,7 @@ def test_what_is_not_usual_of_polyhedra_is_noted(changes, note):
 
 def test_what_knows_polygons_alone_says_so(tmp_path):
     results = bsm.run(on_incline(10), bsm.Options(threads=1))
-    for ask in (results.plot, results.to_pandas, results.to_meshio, results.model.plot):
+    for ask in (results.to_pandas, results.to_meshio, results.model.plot):
         with fault("knows blocks in the plane only, and these are polyhedra"):
             ask()
     with fault("Results.save: tables: knows blocks in the plane only"):

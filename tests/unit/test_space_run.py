@@ -212,7 +212,7 @@ def test_what_is_for_the_plane_is_refused(case: Case) -> None:
     case.write("slope.toml", SLOPE)
     case.refuses("run", "slope.toml", "--tables", "csv", says=["tables of results are for the plane"])
     case.run("run", "slope.toml", "-o", "out")
-    for command in ("plot", "view", "paraview", "report"):
+    for command in ("view", "paraview"):
         case.refuses(command, "out", says=["knows blocks in the plane only"])
 
 

@@ -1,0 +1,197 @@
+"""Pictures of polyhedra: which faces are seen, from where, what is cut away, and what they show of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.pages.report import write_report
+from bsm_mesh.pictures.animation import animate
+from bsm_mesh.pictures.joint_net import orientations
+from bsm_mesh.pictures.look import Look
+from bsm_mesh.pictures.pictures import draw_pictures, figure_of
+from bsm_mesh.pictures.plot import PictureChoice
+from bsm_mesh.pictures.raster import seen_faces
+from bsm_mesh.pictures.sheets import scene_of
+from bsm_mesh.pictures.surfaces import Sides
+from tests.scenes.small_case import Case
+from tests.unit.test_key_blocks_command import JOINT
+from tests.unit.test_space_run import SLOPE, WEAKER
+
+ROOF = (
+    """
+dimensions = 3
+title = "Wedge in a roof"
+
+[mesh]
+box = [[-3, -3, -2], [3, 3, 3]]
+default_joint = "J1"
+
+[rock.granite]
+unit_weight = "26 kN/m^3"
+"""
+    + JOINT.format(name="J1", friction=5, cohesion=0)
+    + "".join(
+        f"""
+[[joint_plane]]
+name = "J1"
+dip = 60
+dip_direction = {direction}
+point = [{x}, {y}, 1]
+"""
+        for direction, x, y in ((0, 0, 1), (90, 1, 0), (180, 0, -1), (270, -1, 0))
+    )
+    + """
+[[excavation]]
+name = "room"
+polygon = [[-2, -1], [2, -1], [2, 1], [-2, 1]]
+from = -2
+to = 2
+"""
+    + "".join(
+        f'\n[[support]]\nboundary = "{side}"\nfix = "all"\n'
+        for side in ("west", "east", "south", "north", "bottom", "top")
+    )
+    + """
+[solver]
+threads = 1
+
+[[stage]]
+name = "room"
+excavate = ["room"]
+"""
+)
+
+
+def square(column: float, row: float, size: float, distance: float) -> list[list[float]]:
+    return [[column + size * a, row + size * b, distance] for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+
+
+def test_the_nearest_face_is_seen_whatever_the_order() -> None:
+    """A small square before a large one that is nearer by its mean: sorting faces by distance draws it wrong."""
+    tilted = [[0, 0, 0.0], [9, 0, 9.0], [9, 9, 9.0], [0, 9, 0.0]]
+    small = square(6, 3, 3, 5.0)  # behind the mean of the large one, before it where it is
+    for order in ((tilted, small), (small, tilted)):
+        owner, depth = seen_faces(np.concatenate(order), np.array([0, 4, 8]), (10, 12))
+        name = np.array([face is small for face in order])
+        assert name[owner[4, 7]]
+        assert depth[4, 7] == 5.0
+        assert not name[owner[1, 1]]
+        assert_allclose(depth[1, 1], 1.0)
+        assert owner[4, 11] == -1
+
+
+def test_a_view_to_the_north_has_east_at_the_right_and_up_above() -> None:
+    look = Look(0.0, 0.0)
+    assert_allclose(look.flat(np.array([[1.0, 5.0, 2.0]])), [[1.0, 2.0]], atol=1e-15)
+    assert_allclose(look.distance(np.array([[1.0, 5.0, 2.0]])), [5.0])
+    assert_allclose(Look.along(np.array([0.0, 0.0, 1.0])).plunge, -45.0)  # up into a roof, not too steep
+    assert_allclose(np.linalg.det(Look(123.0, -31.0).axes), -1.0)  # right, up, ahead: a left-handed triple
+
+
+def test_every_bare_side_turns_about_its_outward_normal() -> None:
+    """Two cubes: their common face is a side of each, and they turn opposite ways."""
+    cube = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    blocks = bsm.Polyhedra.from_solids([(cube, faces), (cube + np.array([1, 0, 0]), faces)], rock="r", joint="j")
+    sides = Sides(blocks)
+    assert len(sides.face) == 12
+    corners, offsets = sides.polygons(np.arange(12))
+    middle = blocks.moments.centroid[sides.block]
+    for k in range(12):
+        a, b, c = corners[offsets[k] : offsets[k] + 3]
+        assert np.cross(b - a, c - b) @ (a - middle[k]) > 0
+        assert_allclose(np.cross(b - a, c - b), sides.outward[k])
+    assert sides.bare(np.array([True, True])).sum() == 10
+    assert sides.bare(np.array([True, False])).sum() == 6
+    assert len(sides.bent_edges(np.flatnonzero(sides.bare(np.array([True, True]))))) == 16  # 12, four of them in halves
+
+
+@pytest.fixture(scope="module")
+def roof(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run in whose last stage a pyramid falls from the roof of a room."""
+    folder = tmp_path_factory.mktemp("roof")
+    (folder / "roof.toml").write_text(ROOF, encoding="utf-8")
+    bsm.run(folder / "roof.toml")
+    return folder / "out/roof"
+
+
+def test_a_wedge_that_falls_is_seen_from_below_ringed_and_named(roof: Path) -> None:
+    results = bsm.Results.load(roof)
+    scene = scene_of(results, 1, "")
+    assert scene.cut
+    assert scene.eye.plunge < -30
+    (down,) = results.stages[1].unstable_blocks
+    figure = figure_of(results, "final_position")
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert any(text.startswith(f"block {down}\n") and "m3" in text and "kN" in text for text in texts)
+    assert {"E", "N", "up"} <= set(texts)
+    image = np.asarray(figure.axes[0].images[0].get_array())
+    red, green, blue = image[..., :3].reshape(-1, 3).T
+    assert ((red > 2 * green) & (green > blue)).mean() > 0.005  # the colour of what falls, shaded
+
+
+def test_an_open_excavation_is_seen_with_the_outer_faces(tmp_path: Path) -> None:
+    (tmp_path / "slope.toml").write_text(SLOPE, encoding="utf-8")
+    results = bsm.run(tmp_path / "slope.toml")
+    assert not scene_of(results, 1, "", look=(200.0, 40.0)).cut
+    image = np.asarray(results.plot("displacement", look=(90.0, 0.0)).axes[0].images[0].get_array())
+    assert 0.5 < (image[..., 3] > 0.5).mean() < 0.95
+
+
+def test_the_stereonet_has_the_planes_of_the_joints(roof: Path) -> None:
+    """Four planes of 60 degrees to the four sides; their mean has no one dip, their friction is 5 degrees."""
+    results = bsm.Results.load(roof)
+    polygons = results.blocks.contact_polygons
+    dip, direction = orientations(polygons.normal[polygons.joint == 0])
+    assert_allclose(dip, 60.0, atol=1e-3)
+    assert_allclose(np.sort(direction), [0, 90, 180, 270], atol=1e-3)
+    labels = [text.get_text() for text in results.plot("stereonet").axes[0].get_legend().get_texts()]
+    assert any(label.startswith("J1: 4 poles") for label in labels)
+    assert "poles of planes dipping 5 degrees" in labels
+
+
+def test_the_report_of_a_run_in_space(roof: Path) -> None:
+    text = write_report(roof, pictures=False).read_text(encoding="utf-8")
+    assert "z up; forces are those of whole blocks" in text
+    assert "Plane problem" not in text
+    for part in ("2.31 m3", "unstable blocks", "joint plane J1", "excavation room"):
+        assert part in text, part
+
+
+@pytest.mark.heavy
+def test_the_command_draws_every_picture_of_space(case: Case) -> None:
+    case.write("slope.toml", SLOPE + WEAKER)
+    outcome = case.run("run", "slope.toml", "--pictures")
+    assert "pictures: " in outcome.out
+    pictures = {path.stem for path in Path("out/slope/pictures").glob("*.png")}
+    assert {"model", "displacement_stage_1", "deformation_stage_1", "sigma_1_stage_1", "final_position"} <= pictures
+    assert {"joints_state_stage_1", "joints_pressure_stage_1"} <= pictures
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        ({"look": (0.0, 100.0)}, "plot: look 0 100: give the azimuth"),
+        ({"window": (0.0, 0.0, 1.0, 1.0)}, "plot: window .* is for blocks in the plane"),
+        ({"only": ("thrust",)}, "plot: there is nothing to show in 'thrust'"),
+    ],
+)
+def test_pictures_that_space_does_not_have_are_refused(roof: Path, wish: dict, message: str) -> None:
+    with pytest.raises(bsm.ModelError, match=message):
+        list(draw_pictures(roof, PictureChoice(stage="-1", **wish)))
+
+
+def test_an_animation_is_for_the_plane(roof: Path) -> None:
+    with pytest.raises(bsm.ModelError, match="plot: knows blocks in the plane only"):
+        animate(roof)
+
+
+def test_a_direction_is_for_space(case: Case) -> None:
+    results = bsm.run("model.toml")
+    with pytest.raises(bsm.ModelError, match=r"look \(--look\) is for three dimensions, .*; leave it out"):
+        results.plot(look=(0.0, 0.0))
