@@ -14,8 +14,8 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import compliance, least_depth
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
-from bsm_mesh.model.materials import law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.rock_faces import law_between, residual_tension_between, tension_between
 
 _compliance = njit(error_model="numpy")(compliance)
 NO_CURVE = (0.0,) * 7  # shear stiffness is constant

@@ -105,7 +105,7 @@ def _upright() -> str:
     arm, turned = height / 2 * math.tan(math.radians(friction)), math.degrees(abs(stage.displacement[1, 2]))
     far = moved(run(name))[1]
     return f"""For tall_slides.toml both formulas hold, and it slides without toppling: while it slides, base friction
-is N tan φ and no more, and the force on the base acts h/2 tan φ = {arm:.2f} m from its middle, within the half
+is N tan φ and no more. The force on the base acts h/2 tan φ = {arm:.2f} m from its middle, within the half
 width of {width / 2:g} m. It has turned by {turned:.2f}° after {far:.1f} m, as its joint closes more at the toe.
 The formula tan ψ > b/h is for a block that friction holds; one that slides topples if tan φ > b/h."""
 

@@ -187,7 +187,7 @@ def bolted_opening() -> str:
 At rest the roof bolt carries {force:.2f} kN, the weight of the wedge: 26 kN/m³ times {area:.3f} m². It hangs on the
 bolt alone; its joints are open. The wall bolt holds the thrust of the rock above as well, which squeezes the wedge out.
 A filling that soft closes under 1 MPa by {1e3 * closes:.1f} mm, {closes / filling.thickness:.1f} times its thickness,
-whatever that is: up to 3 mm (below) the thickness sets how far blocks move, not which bolts they need."""
+whatever that is. Up to 3 mm (below) the thickness sets how far blocks move, not which bolts they need."""
 
 
 SOFT = 5e-3  # m, of filling: from here on the rounding of solver and processor decides which blocks follow the wedge

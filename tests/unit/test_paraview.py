@@ -21,7 +21,7 @@ from tests.scenes.openings import opening
 def constants(folder: Path) -> dict[str, Any]:
     """Return what the script of a folder says in capitals."""
     outcome = CliRunner().invoke(cli, ["paraview", str(folder)])
-    assert (outcome.exit_code, outcome.output) == (0, f"{folder / 'in_paraview.py'}\n")
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'in_paraview.py'}\n")
     tree = ast.parse((folder / "in_paraview.py").read_text(encoding="utf-8"))
     found = {}
     for node in tree.body:

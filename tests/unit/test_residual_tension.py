@@ -6,7 +6,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.joint_test.specimen import Specimen, position_of
-from bsm_mesh.model.materials import residual_tension_between
+from bsm_mesh.model.rock_faces import residual_tension_between
 from bsm_mesh.model.strength import with_strength
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings

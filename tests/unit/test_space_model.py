@@ -105,8 +105,6 @@ def test_what_knows_polygons_alone_says_so(tmp_path):
             ask()
     with fault("Results.save: tables: knows blocks in the plane only"):
         results.save(tmp_path / "out", tables=True)
-    with fault("limit analysis: knows blocks in the plane only"):
-        bsm.limit_analysis(results.model)
     assert not list(tmp_path.iterdir())
 
 

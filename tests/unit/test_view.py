@@ -138,7 +138,7 @@ def test_more_than_a_page_holds_is_refused(bolted: tuple[Results, Path], monkeyp
 def test_the_page_needs_nothing_else(bolted: tuple[Results, Path]) -> None:
     _, folder = bolted
     outcome = CliRunner().invoke(cli, ["view", str(folder)])
-    assert (outcome.exit_code, outcome.output) == (0, f"{folder / 'view.html'}\n")
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{folder / 'view.html'}\n")
     page = (folder / "view.html").read_text(encoding="utf-8")
     tags = re.findall(r"<(?:script|link|img|iframe)\b[^>]*>", re.sub(r"(?s)(<script[^>]*>).*?</script>", r"\1", page))
     assert tags

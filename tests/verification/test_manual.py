@@ -19,12 +19,9 @@ from verification.sources import KINDS, SOURCES
 
 ROOT = Path(__file__).parents[2]
 QUICK = [name for name, case in CASES.items() if not case.is_slow]
-HEAVY = ("bench-barton-bandis", "cycles-of-a-slide", "example-3", "sheet-pile")
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.heavy] if name in HEAVY else []) for name in QUICK]
-)
+@pytest.mark.parametrize("name", QUICK)
 def test_case(name: str) -> None:
     case = CASES[name]
     exact, found = case.answer

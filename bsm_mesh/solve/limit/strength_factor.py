@@ -133,22 +133,20 @@ def strength_limit(
     rules.a_thing("model", model, Model)
     raise_faults(rules.faults)
     if in_space(model.blocks):
-        found = space.strength_in_space(model, joints, stage, bolts=bolts)
-        return cast(StrengthLimit, found)  # it answers to the same names, forces of contacts aside
+        return cast(StrengthLimit, space.strength_in_space(model, joints, stage, bolts=bolts))  # it has the same names
     name, part = in_stage(model.replace(contact_points="ends"), stage)
     search = _Search(part.model, joints, rocks=rocks, bolts=bolts)
     search.run()
     proof = search.proof()
     program, failed, m = search.program, search.failed, search.program.contacts.count
     forces = np.zeros(program.unknowns) if search.held is None else search.held.forces
-    limited = failed is not None and search.factor < math.inf
     still = np.zeros((part.model.blocks.count, part.model.blocks.axes))
     return StrengthLimit(
         stage=name,
         present=part.present,
         factor=search.factor,
         beyond=math.inf if proof.witness is None else 1 / search.low,
-        mechanism=part.in_whole(failed.velocity if limited and failed is not None else still),
+        mechanism=part.in_whole(still if failed is None or search.factor == math.inf else failed.velocity),
         normal_force=-forces[:m],
         shear_force=forces[m : 2 * m],
         contacts=program.contacts.in_whole(part),

@@ -11,8 +11,9 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, remembered_by
 from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
-from bsm_mesh.model.materials import Rock, law_between, residual_tension_between, tension_between
+from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.rock_faces import law_between, residual_tension_between, tension_between
 
 REMEMBERED = ("offset", "slip_path")  # state variables of points of interfaces, `failed` apart
 

@@ -10,7 +10,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.joint_laws.law import JointLaw
-from bsm_mesh.model.materials import Joint, Rock, law_between, tension_between
+from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.rock_faces import law_between, tension_between
 from bsm_mesh.model.values import Rules
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra

@@ -88,10 +88,8 @@ def key_blocks(
         The rock; a model has rocks, joints, default joint and bolts too; its supports and loads count for nothing.
     rocks, joints : sequence of Rock, of Joint
         Unit weights, and laws of the joints; a joint without a law does not slip.
-    free : sequence of str
-        Boundaries that are free: those along openings. Blocks that reach another outer face are held.
-    excavated : sequence of str
-        Excavations that are open; blocks along them have free faces too.
+    free, excavated : sequence of str
+        Free boundaries and open excavations: blocks along them have free faces. Other outer faces hold their blocks.
     default_joint : str, optional
         Joint of the faces between blocks that carry none; else they are faces of rock.
     bolts : sequence of Bolt
@@ -101,10 +99,9 @@ def key_blocks(
     joint_pressure : mapping of str to float, optional [Pa]
         Water pressure on the faces of joints, by their names.
     required : float
-        Factor of safety that the support pressure brings.
+        Factor of safety with the support pressure.
     rounds : int
-        How often blocks are looked at; before each further round those below the required factor, with their bolts, are
-        taken away.
+        Number of analyses; each further one is without the blocks below the required factor and their bolts.
 
     Raises
     ------
@@ -113,9 +110,7 @@ def key_blocks(
 
     Examples
     --------
-    The four cubes in a level roof that reach no side of the rock fall.
-
-    >>> import bsm_mesh as bsm
+    >>> import bsm_mesh as bsm  # four cubes in a level roof reach no side of the rock: they fall
     >>> from bsm_mesh.geometries import three_d
     >>> sets = [three_d.JointSet(name="J", dip=d, dip_direction=a, spacing=1) for d, a in ((0, 0), (90, 0), (90, 90))]
     >>> cut = three_d.cut_cells(three_d.RockMass(box=((0, 0, 0), (3, 3, 3)), joints=sets))
@@ -126,9 +121,12 @@ def key_blocks(
     """
     _check_numbers(required, rounds)
     rock = _rock_of(blocks, rocks, joints, default_joint)
-    installed = tuple(bolts) if isinstance(blocks, Polyhedra) else tuple(blocks.bolts)
-    given, present = _given(*rock, gravity, joint_pressure or {}, excavated, free, installed)
+    given, present = _given(*rock, gravity, joint_pressure or {}, excavated, free, _bolts_of(blocks, bolts))
     return _in_rounds(given, free, present, float(required), rounds)
+
+
+def _bolts_of(blocks: Polyhedra | RockModel, bolts: Sequence[Bolt]) -> tuple[Bolt, ...]:
+    return tuple(bolts if isinstance(blocks, Polyhedra) else blocks.bolts)
 
 
 def _rock_of(
