@@ -57,8 +57,8 @@ class HoekBrown:
     >>> mass = bsm.HoekBrown(sigma_ci=30e6, gsi=50, mi=10)
     >>> [round(value, 4) for value in mass.constants]
     [1.6768, 0.0039, 0.5057]
-    >>> round(mass.tension)
-    69166
+    >>> round(mass.tension / 1e3, 1)  # kPa
+    69.2
     """
 
     sigma_ci: Annotated[float, WALL_STRENGTH]

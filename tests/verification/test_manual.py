@@ -19,9 +19,12 @@ from verification.sources import KINDS, SOURCES
 
 ROOT = Path(__file__).parents[2]
 QUICK = [name for name, case in CASES.items() if not case.is_slow]
+HEAVY = ("bench-barton-bandis", "cycles-of-a-slide", "example-3", "sheet-pile")
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.heavy] if name in HEAVY else []) for name in QUICK]
+)
 def test_case(name: str) -> None:
     case = CASES[name]
     exact, found = case.answer
@@ -66,6 +69,7 @@ def test_what_is_gone_is_noticed() -> None:
     assert not is_a_test("verification/gone.py::test_case")
 
 
+@pytest.mark.heavy  # two tables take the answers of all cases, wherever those were found
 @pytest.mark.parametrize("table", [table for table in TABLES if not table.is_slow], ids=lambda table: table.name)
 def test_the_pages_say_what_the_cases_find(table) -> None:
     page = (ROOT / table.page).read_text(encoding="utf-8")
