@@ -305,7 +305,7 @@ test_all() {
         check "tests of the other tier" run_tests "$apart"
         install_project "$(test_extras)"
         # shellcheck disable=SC2086 # a list of names
-        check "tests with MKL" run_tests "not slow" $where_mkl_matters
+        check "tests with MKL" run_tests "$daily" $where_mkl_matters
     fi
 }
 

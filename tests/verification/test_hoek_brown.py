@@ -151,7 +151,9 @@ def test_a_coarse_hole_has_the_radius_of_the_closed_form():
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("dilation", [0.0, 10.0, 89.0])
-@pytest.mark.parametrize("curve", [None, bsm.HoekBrown(sigma_ci=30e6, gsi=50, mi=8)])
+@pytest.mark.parametrize(
+    "curve", [None, pytest.param(bsm.HoekBrown(sigma_ci=30e6, gsi=50, mi=8), marks=pytest.mark.slow)]
+)
 def test_hole_of_carranza_torres_and_fairhurst(curve, dilation):
     """Stresses, plastic radius and convergence within .5 %; associated flow too."""
     hole = HoekBrownHole(curve)
@@ -164,7 +166,7 @@ def test_hole_of_carranza_torres_and_fairhurst(curve, dilation):
     assert_allclose(hole.wall(zones), hole.followed(dilation), rtol=5e-3)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_factor_of_the_slope_of_hammah_and_others():
     """1.15 by strength reduction there, 1.153 by Bishop's method (ARMA/USRMS 05-810, Example 1)."""
     model = slope(run=1.0, young=5e9)
