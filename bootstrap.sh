@@ -250,7 +250,7 @@ apart="(robust or heavy) and not slow"
 
 # Tests that take MKL where it is there, and those whose numbers change most by it.
 where_mkl_matters="tests/examples/test_examples.py tests/properties/test_invariants.py tests/unit/test_linear_solvers.py
-    tests/unit/test_mixed_precision.py tests/unit/test_numbers.py tests/unit/test_pardiso_mpi.py tests/unit/test_resume.py
+    tests/unit/test_mixed_precision.py tests/unit/test_numbers.py tests/unit/test_pardiso_mpi.py
     tests/verification/test_jointed_slope.py"
 
 # pytest's exit code 5 means that it found no test; that is a pass only where there is none to be found.
@@ -305,7 +305,7 @@ test_all() {
         check "tests of the other tier" run_tests "$apart"
         install_project "$(test_extras)"
         # shellcheck disable=SC2086 # a list of names
-        check "tests with MKL" run_tests "$daily" $where_mkl_matters
+        check "tests with MKL" run_tests "not slow" $where_mkl_matters
     fi
 }
 
