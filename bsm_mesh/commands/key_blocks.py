@@ -115,7 +115,8 @@ def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, tuple[bool | Non
 
 def _write(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles, picture: bool) -> list[str]:
     """Write the files, and return their names."""
-    from bsm_mesh.converters.three_d import draw_key_blocks, write_blocks, write_contacts
+    from bsm_mesh.converters.three_d import write_blocks, write_contacts
+    from bsm_mesh.pictures.key_block_pictures import draw_key_blocks
 
     files = ["key_blocks.csv", "blocks.vtu", "contacts.vtu"]
     with added.file(files[0]) as draft:

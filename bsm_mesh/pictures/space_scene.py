@@ -100,12 +100,12 @@ class SpaceScene(Scene):
         if not self.cut:
             return self._whole
         corners, _ = self.sides.polygons(np.flatnonzero(self.bared | self.ever_down[self.sides.block]))
-        return _frame(self.flat(corners), AROUND)
+        return frame(self.flat(corners), AROUND)
 
     @property
     def _whole(self) -> Window:
         """The part of the picture's plane with all blocks as given."""
-        return _frame(self.box, MARGIN)
+        return frame(self.box, MARGIN)
 
     @cached_property
     def following(self) -> Window:
@@ -167,7 +167,7 @@ class SpaceScene(Scene):
         return np.flatnonzero(whole[self.sides.block] | of_rest)
 
 
-def _frame(points: FloatArray, room: float) -> Window:
+def frame(points: FloatArray, room: float) -> Window:
     """Return the rectangle round points (k, 2) with room, a part of its size, and room below for the scale [m]."""
     low, high = points.min(axis=0), points.max(axis=0)
     (x0, y0), (x1, y1) = low - room * np.hypot(*(high - low)), high + room * np.hypot(*(high - low))

@@ -1,13 +1,11 @@
-"""Polyhedral blocks from meshes; blocks and their contact polygons as VTU files, key blocks as a picture."""
+"""Polyhedral blocks from meshes; blocks and their contact polygons as VTU files."""
 
-from bsm_mesh.converters.three_d.pictures import draw_key_blocks
 from bsm_mesh.converters.three_d.solid_meshes import read_polyhedra
 from bsm_mesh.converters.three_d.vtu import block_grid, contact_grid, write_blocks, write_contacts, write_mechanism
 
 __all__ = [
     "block_grid",
     "contact_grid",
-    "draw_key_blocks",
     "read_polyhedra",
     "write_blocks",
     "write_contacts",

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 import bsm_mesh as bsm
-from bsm_mesh.converters.three_d import draw_key_blocks
 from bsm_mesh.geometries import three_d
 from bsm_mesh.modelfile.space_file import load_space_file
+from bsm_mesh.pictures.key_block_pictures import draw_key_blocks
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
 from bsm_mesh.three_d.limit.strength import ConeStrength

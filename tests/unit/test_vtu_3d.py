@@ -7,12 +7,11 @@ from scipy.spatial.transform import Rotation
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import three_d as files
-from bsm_mesh.converters.three_d.pictures import _faces, _kinds, _view
 from bsm_mesh.converters.vtk_library import load_vtk, names_in
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.polygons import vector_areas
 from tests.scenes.rock_3d import planes, tunnel_rock
-from tests.unit.test_key_blocks import ROCK, joint, roof
+from tests.unit.test_key_blocks import ROCK, joint
 
 
 def read(path):
@@ -90,25 +89,3 @@ def test_points_of_turned_blocks_are_where_the_blocks_are():
     second = slice(*grid.offsets[1:3])
     assert_allclose(placed[second], (grid.points[second] - centre) @ turn[1].T + centre + shift[1], atol=1e-12)
     assert_allclose(placed[: grid.offsets[1]], grid.points[: grid.offsets[1]])
-
-
-def test_key_blocks_are_drawn(tmp_path):
-    blocks = roof()
-    found = bsm.key_blocks(blocks, rocks=ROCK, joints=[joint("J1")], excavated=["cavern"], free=["south", "north"])
-    path = files.draw_key_blocks(tmp_path / "roof.png", blocks, found)
-    assert path.read_bytes().startswith(b"\x89PNG")
-    files.draw_key_blocks(tmp_path / "side.png", blocks, found, azimuth=0, plunge=0, title="A $ in a title")
-    assert (tmp_path / "side.png").read_bytes() != path.read_bytes()
-    with pytest.raises(bsm.ModelError, match="the picture is a PNG"):
-        files.draw_key_blocks(tmp_path / "roof.svg", blocks, found)
-
-
-def test_one_looks_at_what_comes_down():
-    """The pyramid hangs in a level roof: one looks upwards, and sees its foot."""
-    blocks = roof()
-    found = bsm.key_blocks(blocks, rocks=ROCK, joints=[joint("J1")], excavated=["cavern"], free=["south", "north"])
-    kind = _kinds(found)
-    faces, drawn, outward = _faces(blocks, found, kind)
-    assert_allclose(outward[(drawn == 4) & (outward[:, 2] < 0)].sum(axis=0), (0, 0, -4), atol=1e-9)
-    _, plunge = _view(found, faces, drawn, outward)
-    assert plunge < -45
