@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
     from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
     from bsm_mesh.three_d.key_blocks.analysis import key_blocks
+    from bsm_mesh.three_d.limit.of_model import SpaceLimit
 
 # All other names are imported when they are first used: the command line must be able to take an interruption before
 # NumPy is there, and a geometry script needs none of them. Here is where those are that `bsm_mesh.model` has not.
@@ -90,7 +91,9 @@ _HOME = {
 }
 
 
-def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: str | None = None) -> LimitAnalysis:
+def limit_analysis(
+    model: Model, live: Sequence[Load] | None = None, *, stage: str | None = None
+) -> LimitAnalysis | SpaceLimit:
     """Return whether a stage of the model, the last by default, is statically admissible, and the greatest load factor.
 
     See `bsm_mesh.solve.limit_analysis.limit_analysis`; its proof is one-sided.

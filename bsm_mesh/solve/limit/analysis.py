@@ -11,15 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 
-from bsm_mesh import space
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, named_stage, raise_faults
-from bsm_mesh.model.kinds import in_space, refuse_space
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
@@ -83,8 +80,6 @@ class LimitAnalysis:
 def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: str | None = None) -> LimitAnalysis:
     """Return whether a stage of the model is statically admissible, and the greatest factor on loads.
 
-    Of polyhedra it is `bsm_mesh.three_d.limit.of_model.SpaceLimit`, by friction cones.
-
     Parameters
     ----------
     model : Model
@@ -109,9 +104,6 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: s
     rules.a_thing("model", model, Model)
     chosen_loads = () if live is None else rules.things("live", live, *GIVEN_LOADS, derived=(PointForces,))
     raise_faults(rules.faults)
-    if in_space(model.blocks):
-        found_there = space.limit_in_space(model, None if live is None else chosen_loads, stage)
-        return cast(LimitAnalysis, found_there)  # it answers to the same names, forces of contacts aside
     name, part = in_stage(model.replace(contact_points="ends"), stage)
     chosen = None
     if live is not None:
@@ -194,7 +186,6 @@ def limit_tilt(model: Model, *, stage: str | None = None, clockwise: bool = Fals
     accuracy : float [degrees]
         Width of the last interval.
     """
-    refuse_space(model.blocks, "a limit of tilt")
     sense = -1.0 if clockwise else 1.0
     _, part = in_stage(model.replace(contact_points="ends"), stage)
 

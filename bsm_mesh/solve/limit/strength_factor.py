@@ -14,15 +14,12 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 
-from bsm_mesh import space
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, named_stage, raise_faults
-from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.strength import ALL_JOINTS, OF_ROCK, with_bolt_capacities, with_strength
 from bsm_mesh.model.values import Rules
@@ -106,8 +103,7 @@ def strength_limit(
 ) -> StrengthLimit:
     """Return the greatest factor by which strength may be divided while forces that balance a stage's loads exist.
 
-    Divided are the tangent of friction angles, cohesion and tensile strength, of peak values. Of polyhedra it is
-    `bsm_mesh.three_d.limit.of_model.SpaceLimit`, by friction cones.
+    Divided are the tangent of friction angles, cohesion and tensile strength, of peak values.
 
     Parameters
     ----------
@@ -132,8 +128,6 @@ def strength_limit(
     rules = Rules("limit analysis")
     rules.a_thing("model", model, Model)
     raise_faults(rules.faults)
-    if in_space(model.blocks):
-        return cast(StrengthLimit, space.strength_in_space(model, joints, stage, bolts=bolts))  # it has the same names
     name, part = in_stage(model.replace(contact_points="ends"), stage)
     search = _Search(part.model, joints, rocks=rocks, bolts=bolts)
     search.run()

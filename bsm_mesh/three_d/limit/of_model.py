@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.errors import ModelError, named_stage
+from bsm_mesh.errors import ModelError, named_stage, raise_faults
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.loads import Load, point_forces_of
+from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces, point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.values import Rules
 from bsm_mesh.movements import cross
 from bsm_mesh.solve.stages.as_built import in_stage
 from bsm_mesh.three_d.blocks.materials import Materials
@@ -123,11 +124,14 @@ def limit_in_space(model: Model, live: Sequence[Load] | None, stage: str | None)
     ModelError
         As there, and as `ModelProgram.of`.
     """
+    rules = Rules("limit analysis")
+    chosen = () if live is None else rules.things("live", live, *GIVEN_LOADS, derived=(PointForces,))
+    raise_faults(rules.faults)
     name, part = in_stage(model, stage)
     program = ModelProgram.of(part.model)
     whole, of_loads = program.analyse(), np.zeros_like(program.loads)
     if live is not None:
-        forces = part.acting(point_forces_of(model.worked_out(live), model.blocks))
+        forces = part.acting(point_forces_of(model.worked_out(chosen), model.blocks))
         arm = forces.point - part.model.blocks.moments.centroid[forces.block]
         np.add.at(of_loads, forces.block, np.hstack([forces.force, cross(arm, forces.force)]))
         if not of_loads.any():
