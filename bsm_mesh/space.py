@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.check import check_stage
     from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
     from bsm_mesh.three_d.joint_polygons import joint_polygons
-    from bsm_mesh.three_d.limit.of_model import limit_in_space, strength_in_space
+    from bsm_mesh.three_d.limit.of_model import SpaceLimit, limit_in_space, strength_in_space
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.bolts import pass_polyhedra
     from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
@@ -30,6 +30,7 @@ __all__ = [
     "PolygonPoints",
     "Space",
     "SpaceBolts",
+    "SpaceLimit",
     "bars_in_space",
     "check_stage",
     "faults_in_space",
@@ -45,6 +46,7 @@ __all__ = [
 ]
 
 HOMES = {
+    "SpaceLimit": "bsm_mesh.three_d.limit.of_model",
     "PointHistory": "bsm_mesh.three_d.contacts.history",
     "PolygonPoints": "bsm_mesh.three_d.contacts.history",
     "Space": "bsm_mesh.three_d.mechanics",
