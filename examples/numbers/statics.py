@@ -197,7 +197,7 @@ Solved by SuperLU, as without MKL. At 27°, near the limit, the rounding of solv
 of the displacement.
 
 By limit analysis the greatest tilt is {5 + beyond:.2f}° ({beyond:.2f}° beyond the 5° of model.toml). Beyond it the
-wall must fail. Below it forces within strength exist, but whether the bricks find them is another matter: with
+wall must fail. Below it forces within strength exist, but whether the bricks find them is another matter. With
 friction, limit analysis gives an upper bound, and here the bricks fall earlier. This is why "admissible" proves
 nothing. Stiffness of the joints (10 GPa/m) does not change it much:
 {", ".join(stiff)}. Which bricks are named as unstable depends on how far the wall is followed."""

@@ -59,7 +59,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/limits.md": ["bsm-mesh new slope s"],
     "docs/liner.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
-    "docs/pictures.md": [*RUN, SURVEY],
+    "docs/pictures.md": [*RUN, SURVEY, "bsm-mesh new roof roof", "bsm-mesh run roof/model.toml -o out/block"],
     "docs/safety.md": [],
     "docs/three_dimensions.md": [],
     "docs/tutorial.md": [],
