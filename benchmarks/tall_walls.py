@@ -15,7 +15,7 @@ import bsm_mesh as bsm
 from benchmarks.campaign.tables import Row, as_markdown
 from benchmarks.pages import add_into, tell
 from bsm_mesh.solve.methods import newton
-from bsm_mesh.solve.step.attempt import Attempt, Outcome
+from bsm_mesh.solve.step.attempt import Attempt
 from bsm_mesh.solve.step.equations import StepEquations
 from tests.scenes import large
 
@@ -47,21 +47,21 @@ def cells(model: bsm.Model) -> list[str]:
     return [results.status, str(len(stage.steps)), str(factorizations), f"{spent:.1f}", f"{moved:.6g}"]
 
 
-def stalled(step: StepEquations, tolerance: float) -> Attempt:
-    """Return the start, as if no correction had brought anything."""
-    return Attempt(equations=step, position=step.start, outcome=Outcome.STALLED)
+def falling(local: StepEquations, tolerance: float) -> Attempt:
+    """Return the result for blocks apart of corrections that reduce the norm, and of no others."""
+    return newton.newton(local, local.start, tolerance, shrinking=newton.WORTH_REPEATING)
 
 
 def row(number: int) -> list[str]:
     """Return a row of the table: a wall with, and without."""
     courses, bricks, tilt, friction = wall(number)
     model = large.tilted_courses(courses, bricks, friction, tilt).model()
-    with_it, kept = cells(model), newton.nonmonotone_newton
-    newton.nonmonotone_newton = stalled
+    with_it, kept = cells(model), newton._solved_apart
+    newton._solved_apart = falling
     try:
         without = cells(model)
     finally:
-        newton.nonmonotone_newton = kept
+        newton._solved_apart = kept
     return [f"{courses} x {bricks}", f"{tilt:g}, {friction:g}", *with_it, *without]
 
 

@@ -65,15 +65,14 @@ def tangent_regularization(max_norm: float) -> float:
     return SETTINGS.regularization * min(1.0, max(max_norm, ROUNDING))
 
 
-def line_search(step: StepEquations, here: Residual, correction: FloatArray, most: float | None = None) -> Residual:
-    """Return the best of the corrections halved until the 2-norm falls (backtracking).
+def line_search(step: StepEquations, here: Residual, correction: FloatArray, most: float) -> Residual:
+    """Return the best of the corrections halved until the 2-norm falls below a norm `most` [N/m] (backtracking).
 
-    The maximum norm as merit function needs many times the iterations. `most` [N/m] is a greater norm that is good
-    enough; None: that of `here`.
+    The maximum norm as merit function needs many times the iterations.
     """
     size = step.movement(correction)
     part = min(1.0, step.max_movement / size) if size > 0 else 1.0
-    tried, decrease = [], Decrease(here.l2_norm if most is None else most)
+    tried, decrease = [], Decrease(most)
     for _ in range(SETTINGS.max_halvings + 1):
         tried.append(step.residual_at(step.moved_by(here.position, part * correction), here.weight))
         if decrease.reached(tried[-1].l2_norm, part):

@@ -93,6 +93,44 @@ def _part_of_the_way(attempt: Attempt) -> tuple[StepEquations, FloatArray]:
     return step.with_contacts_at(position), position
 
 
+class _Descent:
+    """The 2-norms of the residual on the way of Newton's method.
+
+    The norm falls with every correction, or it may rise to twice its least value so far (Grippo, Lampariello & Lucidi
+    1986, A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal. 23(4), 707-716). A block on one
+    corner at its strength turns until another corner touches. Until then no force changes, and no part of a correction
+    reduces the norm.
+    """
+
+    def __init__(self, here: Residual, shrinking: float, *, exact: bool, may_rise: bool) -> None:
+        self.least, self._shrinking, self._exact, self._may_rise = here, shrinking, exact, may_rise
+        self._within = SETTINGS.max_corrections if may_rise else 2
+        self._norms = [np.inf] * self._within + [here.l2_norm]
+
+    @property
+    def corrections(self) -> int:
+        """Number of corrections so far."""
+        return len(self._norms) - self._within - 1
+
+    @property
+    def most(self) -> float:
+        """The norm that the next correction may have at most [N/m]."""
+        return self.least.l2_norm / (WORTH_REPEATING if self._may_rise else 1.0)
+
+    @property
+    def has_stalled(self) -> bool:
+        """Whether two corrections brought too little; if the norm may rise, as many as exact ones at most nothing."""
+        if self._exact:
+            return self.corrections == SETTINGS.max_corrections
+        now, then = self._norms[-1], self._norms[-1 - self._within]
+        return not (now < then if self._may_rise else now <= self._shrinking * then)  # so does a number that is none
+
+    def add(self, here: Residual) -> None:
+        """Add the residual after a correction."""
+        self.least = here if not self._may_rise or here.l2_norm < self.least.l2_norm else self.least
+        self._norms.append(self.least.l2_norm)
+
+
 def newton(
     step: StepEquations,
     position: FloatArray,
@@ -103,6 +141,7 @@ def newton(
     max_rms: float = 0.0,
     localized: bool = False,
     sweeps: bool = False,
+    may_rise: bool = False,
 ) -> Attempt:
     """Return the result of Newton's method.
 
@@ -124,19 +163,20 @@ def newton(
         Corrections move the influence region of the largest residuals alone, where that is a small part of all.
     sweeps : bool
         Blocks with a large residual are solved apart, before the first correction and after each.
+    may_rise : bool
+        The 2-norm may rise on the way; it has stalled where `SETTINGS.max_corrections` of them brought none that is less.
     """
     here, outcome = step.residual_at(position), Outcome.SINGULAR
     here = _swept(step, here, tolerance) if sweeps else here
-    norms = [np.inf, np.inf, here.l2_norm]
+    descent = _Descent(here, shrinking, exact=exact, may_rise=may_rise)
     while True:
-        if here.max_norm < tolerance and not (step.supports_move and len(norms) == 3):
+        if here.max_norm < tolerance and not (step.supports_move and descent.corrections == 0):
             outcome = Outcome.SOLVED
             break
         if here.rms < max_rms:
             outcome = Outcome.ACCEPTABLE
             break
-        brought_little = not norms[-1] <= shrinking * norms[-3]  # so does a number that is none
-        if len(norms) - 3 == SETTINGS.max_corrections if exact else brought_little:
+        if descent.has_stalled:
             outcome = Outcome.STALLED
             break
         corrected = subdomain_correction(step, here.position) if localized else None
@@ -146,9 +186,9 @@ def newton(
             correction = newton_correction(step, here, 0.0 if exact else tangent_regularization(here.max_norm))
             if correction is None:
                 break
-            here = line_search(step, here, correction)
+            here = line_search(step, here, correction, descent.most)
             here = _swept(step, here, tolerance) if sweeps else here
-        norms.append(here.l2_norm)
+        descent.add(here)
     return Attempt(equations=step, position=here.position, outcome=outcome)
 
 
@@ -179,35 +219,9 @@ def _swept(step: StepEquations, here: Residual, tolerance: float) -> Residual:
 
 
 def _solved_apart(local: SubdomainEquations, tolerance: float) -> Attempt:
-    """Return the result for blocks apart; where the norm cannot fall all the way, of corrections that let it rise."""
+    """Return the result for blocks apart; where the norm cannot fall all the way, with corrections that let it rise."""
     found = newton(local, local.start, tolerance, shrinking=WORTH_REPEATING)
     if found.may_end:
         return found
-    other = nonmonotone_newton(local, tolerance)
+    other = newton(local, local.start, tolerance, shrinking=WORTH_REPEATING, may_rise=True)
     return other if other.may_end else found
-
-
-def nonmonotone_newton(step: StepEquations, tolerance: float) -> Attempt:
-    """Return the result of Newton's method with a norm that may rise on the way.
-
-    A block on one corner at its strength turns until another corner touches. Until then no force changes, and no part
-    of a correction reduces the 2-norm. So a correction may double the least norm so far; it ends where as many
-    corrections as exact ones at most have brought none that is less.
-
-    References
-    ----------
-    Grippo, Lampariello & Lucidi (1986), A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal.
-    23(4), 707-716.
-    """
-    here = least = step.residual_at(step.start)
-    since = 0
-    while not here.max_norm < tolerance:  # nor where it is none
-        correction = newton_correction(step, here, tangent_regularization(here.max_norm))
-        if correction is None or since == SETTINGS.max_corrections:
-            return Attempt(equations=step, position=least.position, outcome=Outcome.STALLED)
-        here = line_search(step, here, correction, most=least.l2_norm / WORTH_REPEATING)
-        if here.l2_norm < least.l2_norm:
-            least, since = here, 0
-        else:
-            since += 1
-    return Attempt(equations=step, position=here.position, outcome=Outcome.SOLVED)

@@ -51,7 +51,7 @@ def subdomain_correction(step: StepEquations, position: FloatArray) -> FloatArra
     try:
         here = local.residual_at(local.start, weight)
         correction = newton_correction(local, here, tangent_regularization(here.max_norm))
-        corrected = here if correction is None else line_search(local, here, correction)
+        corrected = here if correction is None else line_search(local, here, correction, here.l2_norm)
     finally:
         local.close()
     return local.whole(corrected.position)
