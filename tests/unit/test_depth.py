@@ -1,6 +1,7 @@
 """How many calls lie between `bsm_mesh.run` and a joint's law: whoever follows a run to its forces reads them all."""
 
-import inspect
+import sys
+import traceback
 
 import pytest
 
@@ -18,7 +19,8 @@ class Watched(bsm.MohrCoulomb):
     deepest: list[str] = []  # noqa: RUF012
 
     def respond(self, pressure, trial_shear, length, failed, slip_path=None):
-        names = [f"{frame.filename.rpartition('/')[2]}: {frame.function}" for frame in inspect.stack(0)]
+        codes = [frame.f_code for frame, _ in traceback.walk_stack(sys._getframe())]
+        names = [f"{code.co_filename.rpartition('/')[2]}: {code.co_name}" for code in codes]
         names = names[: names.index("run.py: run") + 1] if "run.py: run" in names else []
         if len(names) > len(self.deepest):
             self.deepest[:] = names

@@ -87,7 +87,7 @@ def test_it_converges_quadratically_near_the_solution():
     moved = rest + np.array([(0, 0, 0), *[(1e-5 * k, 0, -1e-5 * k) for k in (1, 2)]])
     here, errors = step.residual_at(moved), [np.abs(moved - rest).max()]
     for _ in range(2):
-        here = line_search(step, here, newton_correction(step, here, 0.0))
+        here = line_search(step, here, newton_correction(step, here, 0.0), here.l2_norm)
         errors.append(np.abs(here.position - rest).max())
     assert errors[1] < 1e-3 * errors[0]
     assert errors[2] < 1e-12

@@ -26,7 +26,7 @@ def test_it_ends_in_the_equilibrium_of_the_exact_tangent(turn):
     found, exact = newton(step, start, TOLERANCE), step.residual_at(start)
     for _ in range(40):
         if exact.max_norm >= TOLERANCE:
-            exact = line_search(step, exact, newton_correction(step, exact, 0.0))
+            exact = line_search(step, exact, newton_correction(step, exact, 0.0), exact.l2_norm)
     assert found.outcome is Outcome.SOLVED
     assert exact.max_norm < TOLERANCE
     assert step.residual_at(found.position).max_norm < TOLERANCE

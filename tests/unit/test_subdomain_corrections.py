@@ -44,7 +44,7 @@ def test_a_subdomain_correction_moves_only_the_influence_region(rest, near):
     assert step.factors.count == factorized
     here = step.residual_at(pushed)
     correction = newton_correction(step, here, tangent_regularization(here.max_norm))
-    whole = line_search(step, here, correction).position
+    whole = line_search(step, here, correction, here.l2_norm).position
     left, together = (step.residual_at(there).l2_norm for there in (found, whole))
     assert left == pytest.approx(together, rel=0.1)
     assert left < 0.5 * step.residual_at(pushed).l2_norm

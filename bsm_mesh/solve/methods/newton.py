@@ -164,7 +164,7 @@ def newton(
     sweeps : bool
         Blocks with a large residual are solved apart, before the first correction and after each.
     may_rise : bool
-        The 2-norm may rise on the way; it has stalled where `SETTINGS.max_corrections` of them brought none that is less.
+        The 2-norm may rise on the way. It has stalled where `SETTINGS.max_corrections` brought none that is less.
     """
     here, outcome = step.residual_at(position), Outcome.SINGULAR
     here = _swept(step, here, tolerance) if sweeps else here
