@@ -96,10 +96,14 @@ def _part_of_the_way(attempt: Attempt) -> tuple[StepEquations, FloatArray]:
 class _Descent:
     """The 2-norms of the residual on the way of Newton's method.
 
-    The norm falls with every correction, or it may rise to twice its least value so far (Grippo, Lampariello & Lucidi
-    1986, A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal. 23(4), 707-716). A block on one
-    corner at its strength turns until another corner touches. Until then no force changes, and no part of a correction
-    reduces the norm.
+    The norm falls with every correction, or it may rise to twice its least value so far. A block on one corner at its
+    strength turns until another corner touches. Until then no force changes, and no part of a correction reduces the
+    norm.
+
+    References
+    ----------
+    Grippo, Lampariello & Lucidi (1986), A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal.
+    23(4), 707-716.
     """
 
     def __init__(self, here: Residual, shrinking: float, *, exact: bool, may_rise: bool) -> None:
