@@ -97,6 +97,7 @@ ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "check": {"overlap"},
     "overlap": {"blocks", "contacts"},
     "in_situ": {"contacts", "step", "stress_field"},
+    "loads": {"water"},
     "mechanics": {"contacts", "in_situ", "motion", "record", "step"},
     "limit": {"blocks", "bolts", "step"},
     "key_blocks": {"blocks"},

@@ -18,7 +18,7 @@ from bsm_mesh.model.face_water import FaceWater
 from bsm_mesh.model.flow import Flow
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.kinds import in_space, refuse_space
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import (
     GIVEN_LOADS,
     ActingLoad,
@@ -183,7 +183,13 @@ class Model:
     def __hash__(self) -> int:
         return hash(self.digest)
 
-    def plot(self, *, window: tuple[float, float, float, float] | None = None, figure: Figure | None = None) -> Figure:
+    def plot(
+        self,
+        *,
+        window: tuple[float, float, float, float] | None = None,
+        figure: Figure | None = None,
+        look: tuple[float, float] | None = None,
+    ) -> Figure:
         """Return a picture of the model as it is given: rocks, joints, supports, loads, bolts, water.
 
         Parameters
@@ -192,9 +198,10 @@ class Model:
             The visible part.
         figure : matplotlib.figure.Figure, optional
             The figure to draw on; by default one of its own, to be saved (``savefig``) or shown by a notebook.
+        look : (azimuth, plunge), optional [degrees]
+            View of polyhedra: clockwise from north, and downwards from the level.
         """
-        refuse_space(self.blocks, "Model.plot")
-        return doors.plot_model(self, window, figure)
+        return doors.plot_model(self, window, figure, look)
 
     def _repr_html_(self) -> str | None:
         """Return its table for a notebook; None for polyhedra, which have a text."""

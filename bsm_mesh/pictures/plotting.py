@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from io import BytesIO
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.pictures.beside import with_sources
 from bsm_mesh.pictures.block_pictures import draw_model
 from bsm_mesh.pictures.canvas import finish
@@ -45,9 +46,11 @@ def plot_results(
     return _shown(drawn)
 
 
-def plot_model(model: Model, window: Window | None, figure: Figure | None) -> Figure:
+def plot_model(
+    model: Model, window: Window | None, figure: Figure | None, look: tuple[float, float] | None = None
+) -> Figure:
     """Return a picture of a model before it is run; parameters as for `Model.plot`."""
-    scene = scene_of(as_given(model), 0, f"{model.title or 'Model'}: as given", window=window)
+    scene = scene_of(as_given(model), 0, f"{model.title or 'Model'}: as given", window=window, look=look)
     sheet = new_sheet(scene, figure)
     return _shown(finish(sheet, draw_model(sheet) or ""))
 
@@ -71,21 +74,18 @@ def as_given(model: Model) -> Results:
     """
     from bsm_mesh.model.stages import presence
     from bsm_mesh.model.supports import bars_of
-    from bsm_mesh.model.water_pressure import WaterLoad
     from bsm_mesh.results.evidence import Evidence
     from bsm_mesh.results.histories import recorded_of
-    from bsm_mesh.solve.algebra.loads import external_loads
     from bsm_mesh.solve.bolts.installed import InstalledBolts
     from bsm_mesh.solve.bolts.record import bolt_forces
 
-    blocks, water = model.blocks, WaterLoad(model)
-    still = np.zeros((blocks.count, 3))
+    blocks = model.blocks
+    acting = _acting_in_space(model) if in_space(blocks) else _acting(model)
+    still = np.zeros_like(acting["loads"])
     bolts = InstalledBolts.of(model.replace(bolts=[replace(bolt, stage=None) for bolt in model.bolts]), still)
     stage = StageResult.as_given(
         present=presence(model.stages, blocks)[0],
-        loads=external_loads(model),
-        water=water.on_blocks(blocks.vertices, blocks.moments.centroid),
-        **water.recorded(),
+        **acting,
         bolts=bolt_forces(model.bolts, bolts, bolts.evaluate(still)),
         evidence=Evidence.as_given(model.gravity_forces, bars_of(model.supports, blocks)),
     )
@@ -103,3 +103,23 @@ def as_given(model: Model) -> Results:
         finished=True,
         model=model,
     )
+
+
+def _acting(model: Model) -> dict[str, Any]:
+    """Return loads and water on polygons as given: fields of `StageResult`."""
+    from bsm_mesh.model.water_pressure import WaterLoad
+    from bsm_mesh.solve.algebra.loads import external_loads
+
+    blocks, water = model.blocks, WaterLoad(model)
+    on_blocks = water.on_blocks(blocks.vertices, blocks.moments.centroid)
+    return {"loads": external_loads(model), "water": on_blocks, **water.recorded()}
+
+
+def _acting_in_space(model: Model) -> dict[str, Any]:
+    """Return loads and water on polyhedra as given: fields of `StageResult`."""
+    from bsm_mesh.three_d.loads import loads_as_given
+    from bsm_mesh.three_d.record import joint_water
+
+    loads, water = loads_as_given(model)
+    dry = {"water_table": np.zeros((0, 2, 2)), "water_gradient": np.zeros(0)}  # a plane of head is no table
+    return {"loads": loads, "water": water, **dry, "joint_water": joint_water(model)}

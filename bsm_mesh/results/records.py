@@ -312,8 +312,9 @@ class StageResult(Portable):
 
         `known` are fields by their names: ``present``, ``loads``, ``water`` and its table, ``bolts``, ``evidence``.
         """
-        still = np.zeros((len(known["present"]), 3))
-        tensors = np.zeros((len(still), 2, 2))
+        still = np.zeros_like(known["loads"])
+        axes = translations(still).shape[1]
+        tensors = np.zeros((len(still), axes, axes))
         return cls(
             name="as given",
             status=Status.UNFINISHED,

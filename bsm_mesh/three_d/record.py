@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import counted
+from bsm_mesh.model.model import Model
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import SupportForces
@@ -41,7 +42,7 @@ def outcome_of(
         stress_effective=effective,
         reactions=reactions,
         water=water,
-        joint_water=_joint_water(system),
+        joint_water=joint_water(system.model),
         contacts=contacts,
         supports=supports,
         bolts=bolts,
@@ -62,10 +63,10 @@ def notes_on_passed(pairs: IntArray, depth: FloatArray) -> list[str]:
     ]
 
 
-def _joint_water(system: BlockSystem) -> FloatArray:
-    """Return the pressure given for every joint of the model [Pa]; nan: none is."""
-    given = {} if system.model.water is None else system.model.water.joint_pressure
-    return np.array([given.get(joint.name, np.nan) for joint in system.model.joints], dtype=np.float64)
+def joint_water(model: Model) -> FloatArray:
+    """Return the pressure given for every joint of a model [Pa]; nan: none is."""
+    given = {} if model.water is None else model.water.joint_pressure
+    return np.array([given.get(joint.name, np.nan) for joint in model.joints], dtype=np.float64)
 
 
 def point_forces(system: BlockSystem, motion: Motion, kept: IntArray) -> PointForces3D:

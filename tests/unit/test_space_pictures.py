@@ -9,17 +9,20 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.model.loads import PointForces
 from bsm_mesh.pages.report import write_report
 from bsm_mesh.pictures.animation import animate
 from bsm_mesh.pictures.joint_net import orientations
 from bsm_mesh.pictures.look import Look
 from bsm_mesh.pictures.pictures import draw_pictures, figure_of
 from bsm_mesh.pictures.plot import PictureChoice
+from bsm_mesh.pictures.plotting import as_given
 from bsm_mesh.pictures.raster import seen_faces
 from bsm_mesh.pictures.sheets import scene_of
 from bsm_mesh.pictures.surfaces import Sides
 from tests.scenes.small_case import Case
 from tests.unit.test_key_blocks_command import JOINT
+from tests.unit.test_space_bolts import STEEL, model_of
 from tests.unit.test_space_run import SLOPE, WEAKER
 
 ROOF = (
@@ -141,6 +144,37 @@ def test_an_open_excavation_is_seen_with_the_outer_faces(tmp_path: Path) -> None
     assert not scene_of(results, 1, "", look=(200.0, 40.0)).cut
     image = np.asarray(results.plot("displacement", look=(90.0, 0.0)).axes[0].images[0].get_array())
     assert 0.5 < (image[..., 3] > 0.5).mean() < 0.95
+
+
+def test_a_model_before_it_is_run_is_drawn_from_any_side() -> None:
+    """Weights, a pressure, water below a plane of head and in a joint, bolts: as the run's first stage records them."""
+    bolt = bsm.Bolt(start=(0.5, 0.2, 0.5), end=(2.5, 0.7, 0.5), **STEEL, pretension=1e3)
+    aside = PointForces(block=np.array([1]), point=np.array([[1.2, 0.1, 0.9]]), force=np.array([[1e3, -2e3, 3e3]]))
+    plane = bsm.HeadPlane(point=(0, 0, 0.4), dip=10, dip_direction=90)
+    water = bsm.Water(plane=plane, joint_pressure={"J": 3e3})
+    held = [bsm.Fixed(blocks=[0, 1, 2])]  # so that loads are still those of the start
+    given = {
+        "supports": held,
+        "loads": [bsm.Pressure(boundary="top", pressure=2e3), aside],
+        "water": water,
+        "title": "Bar",
+        "default_joint": "J",
+    }
+    model = model_of([bolt], **given, gravity_horizontal=0.1)
+    given, first = as_given(model).stages[0], bsm.run(model).stages[0]
+    for name in ("loads", "water", "joint_water", "present"):
+        assert_allclose(getattr(given, name), getattr(first, name), atol=1e-6, err_msg=name)
+    assert given.displacement.shape == given.reactions.shape == (3, 6)
+    assert given.stress.shape == first.stress.shape
+    assert_allclose(given.bolts.original, first.bolts.original)
+    figure = model.plot(look=(90.0, 0.0))
+    assert figure.get_suptitle() == "Bar: as given"
+    assert "looking to 090, 0 degrees down" in figure.axes[0].get_title(loc="left")
+    key = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert {"rock", "bolt, its head"} <= key
+    assert any(text.startswith("loads, greatest") for text in key)
+    with pytest.raises(bsm.ModelError, match=r"window .* is for blocks in the plane"):
+        model.plot(window=(0, 0, 1, 1))
 
 
 def test_the_stereonet_has_the_planes_of_the_joints(roof: Path) -> None:
