@@ -1,4 +1,4 @@
-"""Numbers of the page on three dimensions: its tunnel, wedges beside Hoek & Bray, cut rock, a dome."""
+"""Numbers of the pages on key blocks and verification in space: a tunnel, wedges of Hoek & Bray, cut rock, a dome."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from docs.code_blocks import ROOT, files_of
 from examples.numbers.pages import Table, markdown
 from tests.scenes.rock_3d import WEDGES, dome, planes, wedge_factor, wedge_rock
 
-PAGE, PICTURE = "docs/three_dimensions.md", "docs/key_blocks.png"
+PAGE, PICTURE = "docs/key_blocks.md", "docs/key_blocks.png"
+VERIFICATION = "docs/verification_3d.md"
 
 
 @cache
@@ -156,6 +157,6 @@ def _stands(thickness: float, sectors: int, courses: int) -> bool:
 TABLES = (
     Table(name="key_blocks_tunnel", page=PAGE, make=tunnel, draw=draw),
     Table(name="key_blocks_wedges", page=PAGE, make=wedges),
-    Table(name="cut_rock", page=PAGE, make=cut),
-    Table(name="domes", page=PAGE, make=domes, is_slow=True),
+    Table(name="cut_rock", page=VERIFICATION, make=cut),
+    Table(name="domes", page=VERIFICATION, make=domes, is_slow=True),
 )

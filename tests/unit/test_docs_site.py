@@ -63,7 +63,6 @@ LONGER = {
     "docs/experiments/continuation.md": "a protocol of an engine that is gone",
     "docs/experiments/thresholds.md": "tables of settings",
     "docs/glossary.md": "a table of words",
-    "docs/three_dimensions.md": "to be divided",
     "docs/where_is.md": "a table of files",
     "docs/zones.md": "to be divided",
 }
