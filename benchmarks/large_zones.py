@@ -1,4 +1,4 @@
-"""Zones in large displacement and closed forms: ``python -m benchmarks.large_zones --into docs/zones.md``."""
+"""Zones in large displacement and closed forms: ``python -m benchmarks.large_zones --into docs/zones_large.md``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Zones and closed forms, and the cost of zones: ``python -m benchmarks.zones --into docs/zones.md``."""
+"""Zones and closed forms, and the cost of zones: ``python -m benchmarks.zones --into docs/verification_zones.md``."""
 
 from __future__ import annotations
 

@@ -273,11 +273,11 @@ def groundfall() -> str:
 
 TABLES = (
     Table(name="groundfall", page="examples/groundfall/README.md", make=groundfall, is_slow=True, tolerance=0.3),
-    Table(name="quiet", page="docs/earthquakes.md", make=reflections, is_slow=True, tolerance=0.3),
-    Table(name="quiet-angles", page="docs/earthquakes.md", make=reflections_at_angles),
+    Table(name="quiet", page="docs/quiet_boundaries.md", make=reflections, is_slow=True, tolerance=0.3),
+    Table(name="quiet-angles", page="docs/quiet_boundaries.md", make=reflections_at_angles),
     Table(name="shaken-slope", page="docs/earthquakes.md", make=slope_by_damping, is_slow=True, tolerance=0.3),
-    Table(name="rocking", page="docs/earthquakes.md", make=rocking_by_damping, is_slow=True),
-    Table(name="random-rocking", page="docs/earthquakes.md", make=random_rocking, is_slow=True),
-    Table(name="integrators", page="docs/earthquakes.md", make=by_integrator, is_slow=True, tolerance=0.3),
-    Table(name="damped", page="docs/earthquakes.md", make=energies_by_damping, tolerance=0.15),
+    Table(name="rocking", page="docs/verification_earthquakes.md", make=rocking_by_damping, is_slow=True),
+    Table(name="random-rocking", page="docs/verification_earthquakes.md", make=random_rocking, is_slow=True),
+    Table(name="integrators", page="docs/verification_earthquakes.md", make=by_integrator, is_slow=True, tolerance=0.3),
+    Table(name="damped", page="docs/verification_earthquakes.md", make=energies_by_damping, tolerance=0.15),
 )

@@ -59,12 +59,10 @@ MOST_WORDS = 1200  # of a page, without code and tables made by commands
 LONGER = {
     "docs/architecture.md": "a map of the rooms",
     "docs/campaign.md": "a protocol of measurements",
-    "docs/earthquakes.md": "to be divided",
     "docs/experiments/continuation.md": "a protocol of an engine that is gone",
     "docs/experiments/thresholds.md": "tables of settings",
     "docs/glossary.md": "a table of words",
     "docs/where_is.md": "a table of files",
-    "docs/zones.md": "to be divided",
 }
 
 
