@@ -69,7 +69,7 @@ def against_program(program: str, *, gives_verdicts: bool) -> tuple[str, str]:
              for model, row in theirs.items() if ours[model] == "stable"]  # fmt: skip
     told = f"forces between two blocks: {100 * min(apart):.2g} to {100 * max(apart):.2g} % of the weight"
     if not gives_verdicts:
-        return f"{len(apart)} models that stand", told
+        return f"{len(apart)} stable models", told
     moved = {model: float(row["verdict or movement"].split()[1]) for model, row in theirs.items()}
     same = sum((moved[model] < 1e-3) == (verdict == "stable") for model, verdict in ours.items())
     return f"{len(theirs)} models", f"verdicts: {same} of {len(theirs)} the same; {told}"
@@ -100,4 +100,4 @@ def table() -> str:
             "[campaign](campaign.md#what-todays-solver-does)",
         ),
     )
-    return markdown(("beside", "on", "found", "page"), lines)
+    return markdown(("compared with", "on", "found", "page"), lines)

@@ -198,7 +198,7 @@ CASES = (
          quantity="thrust, uplift [N/m]", compute=partial(uplift, None), tolerance=CLOSED),
     Case(name="uplift-drained", what="the same, with water 3 m high in a drain", source="statics",
          quantity="thrust, uplift [N/m]", compute=partial(uplift, 3.0), tolerance=CLOSED),
-    Case(name="still-water", what="water that stands level in all joints", source="wang",
+    Case(name="still-water", what="level water in all joints", source="wang",
          quantity="force [N/m], moment [N]", compute=still_water, tolerance=BALANCE),
     Case(name="closing-joints", what="two joints in series that close under loads and their own water",
          source="resistances", quantity="head between [m]; discharge over its own", compute=closing, tolerance=TURNS),

@@ -44,8 +44,8 @@ def draw_model(sheet: Sheet) -> str | None:
     add_monitoring(sheet)
     add_gravity(sheet)
     told = add_gone(sheet)
-    numbers = ", with their numbers where there is room" if add_numbers(sheet) else ""
-    return f"{told_count(sheet)} where they were given{numbers}{told}"
+    numbers = ", numbered where space allows" if add_numbers(sheet) else ""
+    return f"{told_count(sheet)} in the initial position{numbers}{told}"
 
 
 def draw_displacement(sheet: Sheet) -> str | None:
@@ -144,7 +144,7 @@ def draw_deformation(sheet: Sheet) -> str | None:
     add_paper(sheet, factor)
     add_joints(sheet, factor)
     sheet.outline(colors="#0072b2", linewidths=1.2, linestyles="--", zorder=3)
-    sheet.explain("outline as given", color="#0072b2", linewidth=1.2, linestyle="--")
+    sheet.explain("initial outline", color="#0072b2", linewidth=1.2, linestyle="--")
     told = add_gone(sheet)
     how = f"exaggerated {factor:g} times" if factor > 1 else "true to scale"
     tied = ", at most a tenth of the free space's size" if factor > 1 and scene.opening else ""
@@ -159,8 +159,8 @@ def draw_final_position(sheet: Sheet) -> str | None:
     stays = scene.here[~scene.apart[scene.here]]
     edges = {"edgecolors": "#33475b" if scene.outlines_seen else "face", "linewidths": 0.5}
     sheet.blocks(stays, 1.0, facecolors="#c9d8ea", **edges)
-    sheet.explain_patch("as given", facecolor="white", edgecolor="#b9b2a3")
-    sheet.explain_patch("at the end", facecolor="#c9d8ea", edgecolor="#33475b")
+    sheet.explain_patch("initial position", facecolor="white", edgecolor="#b9b2a3")
+    sheet.explain_patch("final position", facecolor="#c9d8ea", edgecolor="#33475b")
     told = add_gone(sheet, 1.0)
     add_water_table(sheet)
     add_bolts(sheet)

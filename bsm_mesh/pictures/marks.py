@@ -50,8 +50,8 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
     counts[[*chips, *stage.small_blocks.tolist()]] = False
     for mask, colour, style, what in (
         (scene.down, FALLS, "-", "falling"),
-        (scene.apart & ~scene.down, "#f0b27a", "-", "at rest after moving far"),
-        (taken, "none", "--", "taken away after the fall"),
+        (scene.apart & ~scene.down, "#f0b27a", "-", "at rest after large displacement"),
+        (taken, "none", "--", "removed after the fall"),
     ):
         blocks = np.flatnonzero(mask)
         if not len(blocks):
@@ -65,11 +65,11 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
                 those = those[counts[those]]
                 add_rings(sheet, those, middle(scene, those, drawn))
         sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
-        beyond = ", beyond the picture, drawn where given" if factor and (out & mask & ~taken).any() else ""
+        beyond = ", outside the picture, drawn in the initial position" if factor and (out & mask & ~taken).any() else ""
         if counts[blocks].any():
             told.append(f"{numbered('block', blocks[counts[blocks]], 6)} {what}{beyond}")
-    told += [f"{counted(len(chips), 'fragment')} too small to count taken away"] * bool(chips)
-    return f"; {'; '.join(told)}, in no colour of the scale" if told else ""
+    told += [f"{counted(len(chips), 'fragment')} too small to count removed"] * bool(chips)
+    return f"; {'; '.join(told)}; excluded from the colour scale" if told else ""
 
 
 def add_rings(sheet: Sheet, blocks: IntArray, centre: FloatArray) -> None:
@@ -268,7 +268,7 @@ def add_bolts(sheet: Sheet) -> None:
     sheet.lines(ends, colors=BOLTS, linewidths=2.2, zorder=4)
     add_heads(sheet)
     head = {"marker": "o", "markersize": 4, "markerfacecolor": TEXT, "markeredgecolor": TEXT}
-    sheet.explain("bolt, its head", color=BOLTS, linewidth=2.2, **head)
+    sheet.explain("bolt with head", color=BOLTS, linewidth=2.2, **head)
 
 
 def add_heads(sheet: Sheet) -> None:

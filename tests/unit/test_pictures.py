@@ -155,7 +155,7 @@ def test_fragments_too_small_to_count_are_counted_and_have_no_ring() -> None:
     assert (str(results.status), [fall.block for fall in results.stages[-1].falls]) == ("stable", [3])
     figure = figure_of(results, "displacement")
     assert not [patch for patch in figure.axes[0].patches if isinstance(patch, Circle)]
-    assert "1 fragment too small to count taken away" in texts(figure)
+    assert "1 fragment too small to count removed" in texts(figure)
     assert "block 3" not in texts(figure)
 
 

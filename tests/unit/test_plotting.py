@@ -92,8 +92,8 @@ def test_a_model_that_was_not_run(results):
     model = opening(bolted=True)
     told = texts(model.plot())
     assert told[0] == "Opening with bolts: as given"
-    assert told[1].startswith("24 blocks where they were given")
-    assert {"rock", "joint J", "fixed", "water table", "bolt, its head"} <= set(told)
+    assert told[1].startswith("24 blocks in the initial position")
+    assert {"rock", "joint J", "fixed", "water table", "bolt with head"} <= set(told)
     histories = [bsm.History(name="roof", point=(0.5, 0.5)), bsm.History(name="rod", line=[(0.5, 0.5), (1.5, 1.5)])]
     figure = model.replace(histories=histories).plot()
     assert {"points of histories", "lines of histories"} <= set(texts(figure))
@@ -102,7 +102,7 @@ def test_a_model_that_was_not_run(results):
 
 def test_bolts_stand_in_the_pictures_of_displacement(results):
     for name in ("displacement", "displacement_arrows"):
-        assert "bolt, its head" in texts(results.plot(name))
+        assert "bolt with head" in texts(results.plot(name))
 
 
 def test_what_is_known_of_a_model_is_what_its_run_begins_with(results):

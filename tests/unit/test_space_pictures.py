@@ -171,7 +171,7 @@ def test_a_model_before_it_is_run_is_drawn_from_any_side() -> None:
     assert figure.get_suptitle() == "Bar: as given"
     assert "looking to 090, 0 degrees down" in figure.axes[0].get_title(loc="left")
     key = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert {"rock", "bolt, its head"} <= key
+    assert {"rock", "bolt with head"} <= key
     assert any(text.startswith("loads, greatest") for text in key)
     with pytest.raises(bsm.ModelError, match=r"window .* is for blocks in the plane"):
         model.plot(window=(0, 0, 1, 1))
