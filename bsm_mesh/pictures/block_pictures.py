@@ -15,6 +15,7 @@ from bsm_mesh.movements import distances
 from bsm_mesh.pictures.canvas import Sheet, add_blocks, add_joints, add_outline, add_paper, middle, scaled
 from bsm_mesh.pictures.marks import (
     add_bolts,
+    add_excluded,
     add_gone,
     add_gravity,
     add_loads,
@@ -61,7 +62,7 @@ def draw_displacement(sheet: Sheet) -> str | None:
     shown[scene.shown] = values
     remark = add_blocks(sheet, shown, f"displacement, {unit}", "viridis")
     _over(sheet)
-    return f"displacement of the blocks, greatest {engineering(greatest, 'm')}{remark}{add_gone(sheet)}"
+    return f"displacement of the blocks, greatest {engineering(greatest, 'm')}{remark}{add_excluded(sheet)}"
 
 
 def draw_sigma_1(sheet: Sheet) -> str | None:
@@ -78,7 +79,7 @@ def draw_sigma_1(sheet: Sheet) -> str | None:
     remark = add_blocks(sheet, shown, f"sigma_1, {unit} (compression negative)", "cividis", scene.stressed)
     _over(sheet)
     least = engineering(float(sigma[stays].min()), "Pa")
-    return f"most compressive principal stress, {least} at most{_unknown(sheet)}{remark}{add_gone(sheet)}"
+    return f"most compressive principal stress, {least} at most{_unknown(sheet)}{remark}{add_excluded(sheet)}"
 
 
 def draw_arrows(sheet: Sheet) -> str | None:
@@ -104,7 +105,7 @@ def draw_arrows(sheet: Sheet) -> str | None:
     add_vectors(sheet, beside, factor)
     _over(sheet)
     count = f"{len(chosen)} of {counted(len(stays), 'block')}"
-    return f"displacement, greatest {engineering(greatest, 'm')}, {count}{add_gone(sheet)}"
+    return f"displacement, greatest {engineering(greatest, 'm')}, {count}{add_excluded(sheet)}"
 
 
 def draw_principal_stresses(sheet: Sheet) -> str | None:
@@ -145,10 +146,10 @@ def draw_deformation(sheet: Sheet) -> str | None:
     add_joints(sheet, factor)
     sheet.outline(colors="#0072b2", linewidths=1.2, linestyles="--", zorder=3)
     sheet.explain("initial outline", color="#0072b2", linewidth=1.2, linestyle="--")
-    told = add_gone(sheet)
+    told = add_gone(sheet, note="drawn in the initial position")
     how = f"exaggerated {factor:g} times" if factor > 1 else "true to scale"
     tied = ", at most a tenth of the free space's size" if factor > 1 and scene.opening else ""
-    return f"deformation, {how}{tied}{told.replace('in no colour of the scale', 'drawn where given')}"
+    return f"deformation, {how}{tied}{told}"
 
 
 def draw_final_position(sheet: Sheet) -> str | None:
@@ -164,7 +165,7 @@ def draw_final_position(sheet: Sheet) -> str | None:
     told = add_gone(sheet, 1.0)
     add_water_table(sheet)
     add_bolts(sheet)
-    return f"final position, true to scale{told.replace(', in no colour of the scale', '')}"
+    return f"final position, true to scale{told}"
 
 
 def _over(sheet: Sheet) -> None:

@@ -40,7 +40,7 @@ def draw_head(sheet: Sheet) -> str | None:
     add_outline(sheet)
     _add_places(sheet, flow)
     add_gravity(sheet)
-    told = add_gone(sheet).replace(", in no colour of the scale", "")
+    told = add_gone(sheet)
     for found, label, style in (
         (dry, "dry", {"color": FAINT, "linewidth": 1.0}),
         (trickles, "water trickles, without pressure", {"color": TRICKLES, "linestyle": (0, (2, 2))}),
@@ -90,7 +90,7 @@ def draw_discharge(sheet: Sheet) -> str | None:
     )
     add_outline(sheet)
     add_gravity(sheet)
-    told = add_gone(sheet).replace(", in no colour of the scale", "")
+    told = add_gone(sheet)
     return (
         f"discharge of the joints, greatest {discharge_text(greatest)}; width by its root, arrows where it goes if "
         f"it is more than a fiftieth of that{told}"

@@ -160,4 +160,4 @@ def _over(sheet: Sheet) -> str:
     add_water_table(sheet)
     add_bolts(sheet)
     add_gravity(sheet)
-    return add_gone(sheet, TRUE).replace(", in no colour of the scale", "")
+    return add_gone(sheet, TRUE)

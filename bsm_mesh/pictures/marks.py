@@ -33,11 +33,11 @@ OF_LOADS = "#8a1c1c"
 GRAVITY = 0.03  # of the visible part: length of its arrow
 
 
-def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
+def add_gone(sheet: Sheet, factor: float = 0.0, *, note: str = "") -> str:
     """Draw the blocks that have gone, ring and name them, and return what to say of them.
 
-    They are drawn where they are, by so many times their displacement that all are; fallen blocks where they were
-    given. Blocks too small to count (`falls.ignore_below`) have no ring.
+    They are drawn at `factor` times their displacement, fallen blocks in the initial position. Blocks too small to
+    count (`falls.ignore_below`) have no ring. `note` ends the text.
     """
     scene, stage = sheet.scene, sheet.scene.stage
     x0, y0, x1, y1 = scene.view
@@ -65,11 +65,18 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
                 those = those[counts[those]]
                 add_rings(sheet, those, middle(scene, those, drawn))
         sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
-        beyond = ", outside the picture, drawn in the initial position" if factor and (out & mask & ~taken).any() else ""
+        beyond = (
+            ", outside the picture, drawn in the initial position" if factor and (out & mask & ~taken).any() else ""
+        )
         if counts[blocks].any():
             told.append(f"{numbered('block', blocks[counts[blocks]], 6)} {what}{beyond}")
     told += [f"{counted(len(chips), 'fragment')} too small to count removed"] * bool(chips)
-    return f"; {'; '.join(told)}; excluded from the colour scale" if told else ""
+    return "; ".join(["", *told, *([note] if note else [])]) if told else ""
+
+
+def add_excluded(sheet: Sheet) -> str:
+    """Draw the blocks that have gone in a picture with a colour scale: they are in none of its colours."""
+    return add_gone(sheet, note="excluded from the colour scale")
 
 
 def add_rings(sheet: Sheet, blocks: IntArray, centre: FloatArray) -> None:

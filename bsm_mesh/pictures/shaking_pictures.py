@@ -11,7 +11,7 @@ from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.pictures.canvas import SETS, WIDTH, Sheet, add_blocks, add_outline, add_paper, prefixed_unit
 from bsm_mesh.pictures.figures import entitle, paper
 from bsm_mesh.pictures.history_pictures import HEIGHT, WORDS
-from bsm_mesh.pictures.marks import add_gone
+from bsm_mesh.pictures.marks import add_excluded
 from bsm_mesh.results.histories import HistorySeries
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.shaking import ENERGIES, ShakingResult
@@ -51,7 +51,7 @@ def draw_permanent(sheet: Sheet) -> str | None:
     factor, unit = prefixed_unit(stays[scene.shown], "m")
     remark = add_blocks(sheet, stays / factor, f"permanent displacement, {unit}", "viridis", ~scene.down)
     add_outline(sheet)
-    return f"displacement that the shaking leaves, up to {engineering(greatest, 'm')}{remark}{add_gone(sheet)}"
+    return f"displacement that the shaking leaves, up to {engineering(greatest, 'm')}{remark}{add_excluded(sheet)}"
 
 
 def draw_time_histories(results: Results, number: int, title: str, figure: Figure | None = None) -> Figure | None:

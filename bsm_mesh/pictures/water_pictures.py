@@ -44,7 +44,7 @@ def draw_water(sheet: Sheet) -> str | None:
     add_water_table(sheet)
     add_bolts(sheet)
     add_gravity(sheet)
-    told = add_gone(sheet, TRUE).replace(", in no colour of the scale", "")
+    told = add_gone(sheet, TRUE)
     return (
         f"water pressure along the faces, greatest {engineering(greatest, 'Pa')}; bands as wide as it is great, "
         f"in joints to both sides, on outer faces outside{told}"

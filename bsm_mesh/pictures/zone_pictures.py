@@ -6,7 +6,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.pictures.canvas import Sheet, add_joints, add_outline, add_paper, limits, scaled
-from bsm_mesh.pictures.marks import add_gone
+from bsm_mesh.pictures.marks import add_excluded
 from bsm_mesh.results.stress import principal_stresses
 from bsm_mesh.results.zones import ZoneResult
 from bsm_mesh.text.tables import engineering
@@ -66,4 +66,4 @@ def _draw(sheet: Sheet, zones: ZoneResult, chosen: IntArray, values: FloatArray,
     sheet.scale(drawn, label)
     add_joints(sheet)
     add_outline(sheet)
-    return remark, add_gone(sheet)
+    return remark, add_excluded(sheet)

@@ -155,8 +155,9 @@ def test_fragments_too_small_to_count_are_counted_and_have_no_ring() -> None:
     assert (str(results.status), [fall.block for fall in results.stages[-1].falls]) == ("stable", [3])
     figure = figure_of(results, "displacement")
     assert not [patch for patch in figure.axes[0].patches if isinstance(patch, Circle)]
-    assert "1 fragment too small to count removed" in texts(figure)
+    assert "1 fragment too small to count removed; excluded from the colour scale" in texts(figure)
     assert "block 3" not in texts(figure)
+    assert "excluded" not in texts(figure_of(results, "final_position"))  # it has no scale
 
 
 def test_blocks_that_come_down_are_out_of_the_colour_scale(flake: bsm.results.Results) -> None:
