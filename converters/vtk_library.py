@@ -21,6 +21,10 @@ COMPONENTS = {  # of the arrays of results; those that are not here are numbers
     **dict.fromkeys(("stress", "stress_effective"), 6),
     **dict.fromkeys(("aperture_at_ends", "wet", "wet_pressure"), 2),
 }
+COMPONENTS_IN_SPACE = {  # of polyhedra, whose rotations and moments are vectors
+    **COMPONENTS,
+    **dict.fromkeys(("rotation", "stage_rotation", "load_moment", "reaction_moment", "moment"), 3),
+}
 
 
 def numbered(array: str, names: Sequence[str]) -> dict[str, int]:

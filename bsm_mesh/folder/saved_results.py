@@ -114,11 +114,12 @@ class SavedResults:
         Its points have three coordinates where the blocks are polyhedra, else two.
         """
         from bsm_mesh.converters.vtk_files import grid_of
-        from bsm_mesh.converters.vtk_library import COMPONENTS
+        from bsm_mesh.converters.vtk_library import COMPONENTS, COMPONENTS_IN_SPACE
 
+        parts = COMPONENTS_IN_SPACE if self.in_space else COMPONENTS
         grid = grid_of(self.content(name), self.folder / name, needs=needs, coordinates=3 if self.in_space else 2)
         arrays = [*grid.point_data.items(), *grid.cell_data.items()]
-        if any(values.shape[1:] != ((COMPONENTS[key],) if key in COMPONENTS else ()) for key, values in arrays):
+        if any(values.shape[1:] != ((parts[key],) if key in parts else ()) for key, values in arrays):
             raise ModelError(_damaged(self.folder / name))
         return grid
 

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.frames import frames_in
 from bsm_mesh.folder.saved_results import SavedResults, damage_told
+from bsm_mesh.folder.storage import load_results
+from bsm_mesh.movements import lengths
+from bsm_mesh.pictures.space_scene import SpaceScene
 from bsm_mesh.text.exaggeration import exaggeration, size_of
 
 SCRIPT, TEMPLATE = "in_paraview.py", "in_paraview.py.j2"  # a paraview.py would hide ParaView's own module
+PLANE_VIEW = {"in_space": False, "axes": "((1, 0, 0), (0, 1, 0), (0, 0, -1))", "opacity": 1.0}
+OPACITY = 0.12  # of blocks in space where something within is to be seen
 KINDS = ("blocks", "joints", "contacts", "supports", "bolts", "water", "flow")
 
 
@@ -28,7 +32,6 @@ def write_paraview(out: Path) -> Path:
     from jinja2 import Environment
 
     added, saved = AddedFiles(out), SavedResults(out)
-    saved.refuse_space("paraview")
     with damage_told(out):
         greatest, factor, size = _movements(saved)
         states = [frame.label for frame in frames_in(saved)]
@@ -46,6 +49,7 @@ def write_paraview(out: Path) -> Path:
             exaggeration=factor,
             greatest=greatest,
             size=size,
+            **(_view_of_space(out) if saved.in_space else PLANE_VIEW),
         )
     )
     with added.file(SCRIPT) as draft:
@@ -61,9 +65,17 @@ def _movements(saved: SavedResults) -> tuple[float, float, float]:
     grids = [saved.grid(frame.file("blocks"), needs=("displacement",)) for frame in frames_in(saved) if frame.is_end]
     blocks = saved.blocks()
     moved = [
-        float(np.hypot(*grid.cell_data["displacement"][grid.cell_data["unstable"] == 0, :2].T).max(initial=0.0))
+        float(lengths(grid.cell_data["displacement"][grid.cell_data["unstable"] == 0]).max(initial=0.0))
         for grid in grids
     ]
     falls = any(stage["unstable_blocks"] for stage in saved.told["stages"])
     factors = [exaggeration(most, blocks, grid.cell_data["block_id"]) for most, grid in zip(moved, grids, strict=True)]
     return max(moved), 1.0 if falls else min(factors), size_of(blocks)
+
+
+def _view_of_space(out: Path) -> dict[str, Any]:
+    """Return the view of polyhedra: as of the pictures, through the blocks where an excavation or bolts lie within."""
+    scene = SpaceScene(results=load_results(out), number=-1, title="")
+    within = scene.cut or any(stage.bolts.count for stage in scene.results.stages)
+    axes = tuple(tuple(round(part, 6) for part in axis) for axis in scene.eye.axes.tolist())
+    return {"in_space": True, "axes": repr(axes), "opacity": OPACITY if within else 1.0}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.saved_results import SavedResults, damage_told
@@ -23,7 +24,11 @@ def write_view(out: Path) -> Path:
         If the folder holds no results, or they are damaged or too large for a page, or Bokeh is not there.
     """
     added, saved = AddedFiles(out), SavedResults(out)
-    saved.refuse_space("view")
+    if saved.in_space:
+        raise ModelError(
+            f"view: a page shows blocks in the plane, and those in {out} are polyhedra; draw them with bsm-mesh plot "
+            "--look, or turn them in ParaView: bsm-mesh paraview"
+        )
     with damage_told(out):
         data, title = read_view(saved), heading(saved.told)
     page = page_of(data, title)

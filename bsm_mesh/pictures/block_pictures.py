@@ -12,7 +12,18 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import counted
 from bsm_mesh.movements import distances
-from bsm_mesh.pictures.canvas import Sheet, add_blocks, add_joints, add_outline, add_paper, middle, scaled
+from bsm_mesh.pictures.canvas import (
+    GIVEN,
+    MOVED,
+    OUTLINE,
+    Sheet,
+    add_blocks,
+    add_joints,
+    add_outline,
+    add_paper,
+    middle,
+    scaled,
+)
 from bsm_mesh.pictures.marks import (
     add_bolts,
     add_excluded,
@@ -155,13 +166,13 @@ def draw_deformation(sheet: Sheet) -> str | None:
 def draw_final_position(sheet: Sheet) -> str | None:
     """Draw the blocks where they are at the end, true to scale (as Wang Fig. 4.19)."""
     scene = sheet.scene
-    faint: dict[str, Any] = {"facecolors": "none", "edgecolors": "#b9b2a3", "linewidths": 0.7}
+    faint: dict[str, Any] = {"facecolors": "none", "edgecolors": GIVEN, "linewidths": 0.7}
     sheet.blocks(scene.here, **faint)
     stays = scene.here[~scene.apart[scene.here]]
-    edges = {"edgecolors": "#33475b" if scene.outlines_seen else "face", "linewidths": 0.5}
-    sheet.blocks(stays, 1.0, facecolors="#c9d8ea", **edges)
-    sheet.explain_patch("initial position", facecolor="white", edgecolor="#b9b2a3")
-    sheet.explain_patch("final position", facecolor="#c9d8ea", edgecolor="#33475b")
+    edges = {"edgecolors": OUTLINE if scene.outlines_seen else "face", "linewidths": 0.5}
+    sheet.blocks(stays, 1.0, facecolors=MOVED, **edges)
+    sheet.explain_patch("initial position", facecolor="white", edgecolor=GIVEN)
+    sheet.explain_patch("final position", facecolor=MOVED, edgecolor=OUTLINE)
     told = add_gone(sheet, 1.0)
     add_water_table(sheet)
     add_bolts(sheet)

@@ -29,6 +29,7 @@ SETS = ("#222222", "#0072b2", "#cc79a7", "#009e73", "#8a5a00", "#56b4e9")
 ROCKS = ("#f4f1ea", "#dcd3bf", "#dfe7ee", "#ece0ea", "#dcebdf", "#cfcfcf")
 NUMBER: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7, "color": "#6b6b6b", "zorder": 2.5}
 LINE, FAINT = "#555555", "#c9c3b4"
+MOVED, OUTLINE, GIVEN = "#c9d8ea", "#33475b", "#b9b2a3"  # blocks where they are, over where they were given
 
 
 @dataclass(eq=False, kw_only=True)

@@ -97,6 +97,8 @@ class SpaceScene(Scene):
     @cached_property
     def view(self) -> Window:
         """The visible part of the picture's plane: all, or what excavations have bared where it is cut [m]."""
+        if self.window is not None:
+            return self.window
         if not self.cut:
             return self._whole
         corners, _ = self.sides.polygons(np.flatnonzero(self.bared | self.ever_down[self.sides.block]))

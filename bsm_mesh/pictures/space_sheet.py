@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.pictures.canvas import DPI, FAINT, LINE, NUMBER, Sheet
+from bsm_mesh.pictures.canvas import DPI, FAINT, GIVEN, LINE, NUMBER, Sheet
 from bsm_mesh.pictures.figures import TEXT
 from bsm_mesh.pictures.painter import Layer, Painter, Seen
 from bsm_mesh.pictures.space_scene import SpaceScene
@@ -17,7 +17,7 @@ from bsm_mesh.text.exaggeration import round_factor
 from bsm_mesh.text.tables import engineering
 from bsm_mesh.three_d.blocks.polygons import vector_areas
 
-GHOST, EDGE = "#b9b2a3", "#6f6a60"
+EDGE = "#6f6a60"
 BAR = 0.2  # of the view's width: greatest length of the scale
 ARROW = 0.06  # of the view's width: a direction that lies in the picture
 SHORT = 0.25  # of it: a shorter one has no name
@@ -137,7 +137,7 @@ class SpaceSheet(Sheet):
         x0, y0, x1, y1 = scene.view
         self.axes.set(xlim=(x0, x1), ylim=(y0, y1), xticks=[], yticks=[], xlabel="", ylabel="")
         if self.ghost:
-            self.lines(scene.body, colors=GHOST, linewidths=0.8, zorder=1)
+            self.lines(scene.body, colors=GIVEN, linewidths=0.8, zorder=1)
         for points, style in self.marks:
             place = scene.flat(points)
             clear = slice(None) if seen is None else seen.in_front(place, scene.eye.distance(points))

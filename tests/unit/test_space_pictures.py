@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import ast
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from PIL import Image
 
 import bsm_mesh as bsm
+from bsm_mesh.folder.frames import frames_in
+from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.pages.report import write_report
-from bsm_mesh.pictures.animation import animate
+from bsm_mesh.pages.view import write_view
+from bsm_mesh.pictures.animation import animate, draw_step
 from bsm_mesh.pictures.joint_net import orientations
 from bsm_mesh.pictures.look import Look
 from bsm_mesh.pictures.pictures import draw_pictures, figure_of
@@ -19,9 +25,11 @@ from bsm_mesh.pictures.plot import PictureChoice
 from bsm_mesh.pictures.plotting import as_given
 from bsm_mesh.pictures.raster import seen_faces
 from bsm_mesh.pictures.sheets import scene_of
+from bsm_mesh.pictures.space_positions import SpacePositions
 from bsm_mesh.pictures.surfaces import Sides
 from tests.scenes.small_case import Case
 from tests.unit.test_key_blocks_command import JOINT
+from tests.unit.test_paraview import constants
 from tests.unit.test_space_bolts import STEEL, model_of
 from tests.unit.test_space_run import SLOPE, WEAKER
 
@@ -62,6 +70,9 @@ to = 2
     + """
 [solver]
 threads = 1
+
+[output]
+snapshots = "steps"
 
 [[stage]]
 name = "room"
@@ -220,9 +231,49 @@ def test_pictures_that_space_does_not_have_are_refused(roof: Path, wish: dict, m
         list(draw_pictures(roof, PictureChoice(stage="-1", **wish)))
 
 
-def test_an_animation_is_for_the_plane(roof: Path) -> None:
-    with pytest.raises(bsm.ModelError, match="plot: knows blocks in the plane only"):
-        animate(roof)
+def test_a_block_moves_from_frame_to_frame_to_where_it_is_at_the_end(roof: Path) -> None:
+    saved, results = SavedResults(roof), bsm.Results.load(roof)
+    positions, frames = SpacePositions(saved), frames_in(saved)
+    assert len(frames) == 4  # two stages of two steps
+    first, last = frames[0], frames[-1]
+    given, start = positions.extent(first)
+    assert_allclose(given, positions.extent(last)[0])
+    drop = start[0, 1] - positions.extent(last)[1][0, 1]  # in the picture, which looks up by 45 degrees
+    (down,) = results.unstable_blocks
+    fallen = results.stages[-1].displacement[down] - results.stages[0].displacement[down]
+    assert drop == pytest.approx(-fallen[2] * np.sin(np.pi / 4), rel=1e-3)
+    assert positions.greatest(last) == pytest.approx(np.linalg.norm(fallen[:3]), rel=0.01)
+    assert positions.greatest(first) < 0.01 * positions.greatest(last)
+    assert draw_step(roof, 3).name == "position_00003.png"
+
+
+def test_the_movement_is_drawn_with_the_excavation_before_it_is_made(roof: Path) -> None:
+    with Image.open(animate(roof)) as film:
+        assert film.n_frames == 5
+        at_first = np.asarray(film.convert("RGB")).astype(int)
+        film.seek(4)
+        at_last = np.asarray(film.convert("RGB")).astype(int)
+    falls = [(image[..., 0] > image[..., 2] + 100).mean() for image in (at_first, at_last)]
+    blue = [(image[..., 2] > image[..., 0] + 10).mean() for image in (at_first, at_last)]
+    assert falls[0] < 0.001 < 0.02 < falls[1]  # within the rock at first
+    assert blue[0] < 0.01 < 0.1 < blue[1]  # the walls; at first they are behind the rock that is excavated
+
+
+def test_a_page_is_for_the_plane(roof: Path) -> None:
+    with pytest.raises(bsm.ModelError, match=r"view: a page shows blocks in the plane.*; draw them with bsm-mesh plot"):
+        write_view(roof)
+
+
+def test_the_script_for_paraview_looks_as_the_pictures_do(roof: Path) -> None:
+    told, script = constants(roof), (roof / "in_paraview.py").read_text(encoding="utf-8")
+    assert told["KINDS"] == ["blocks", "contacts", "supports"]
+    assert told["STATES"][-1] == "stage room: unstable"
+    assert told["IN_SPACE"]
+    assert told["OPACITY"] < 0.5  # the roof is seen through the blocks before it
+    assert told["EXAGGERATION"] == 1  # a block falls
+    (axes,) = re.findall("RIGHT, UP, AHEAD = (.*)", script)
+    results = bsm.Results.load(roof)
+    assert_allclose(ast.literal_eval(axes), scene_of(results, 1, "").eye.axes, atol=1e-6)
 
 
 def test_a_direction_is_for_space(case: Case) -> None:

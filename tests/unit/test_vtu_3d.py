@@ -1,5 +1,7 @@
 """Polyhedra and contact polygons as VTU: read back by VTK with their volumes, areas and names."""
 
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -32,6 +34,11 @@ def read(path):
     return data, found, names_in(data)
 
 
+def corners_of(face):
+    """Return the corners of a face of VTK, which is another one when the next is asked for."""
+    return np.array([face.GetPoints().GetPoint(k) for k in range(face.GetNumberOfPoints())])
+
+
 def test_blocks_are_polyhedra_of_their_volume(tmp_path):
     low, high = (0, 0, 0), (4, 4, 3)
     blocks = bsm.Polyhedra.from_cells(
@@ -42,6 +49,19 @@ def test_blocks_are_polyhedra_of_their_volume(tmp_path):
     assert_allclose(found["Volume"], blocks.moments.volume, rtol=1e-9, atol=1e-14)
     assert_allclose(found["volume"], blocks.moments.volume)
     assert names == {"rock:rock": 0}
+    sides = np.bincount(
+        blocks.face_blocks[(blocks.face_blocks >= 0) & (blocks.face_blocks[:, ::-1] != blocks.face_blocks)]
+    )
+    for number in range(0, blocks.count, 10):
+        cell = data.GetCell(number)
+        corners = [corners_of(cell.GetFace(k)) for k in range(cell.GetNumberOfFaces())]
+        area = vector_areas(np.concatenate(corners), np.cumsum([0, *map(len, corners)]))
+        height = np.array([one.mean(axis=0) for one in corners]) - blocks.moments.centroid[number]
+        assert len(corners) == sides[number]
+        assert_allclose((area * height).sum() / 3, blocks.moments.volume[number], rtol=1e-9, atol=1e-14)
+    (cells,) = ElementTree.parse(tmp_path / "blocks.vtu").iter("Cells")
+    arrays = [array.get("Name") for array in cells]
+    assert arrays == ["connectivity", "offsets", "types", "faces", "faceoffsets"]  # as ParaView 5 reads them
     data, found, names = read(files.write_contacts(tmp_path / "contacts.vtu", blocks))
     assert_allclose(found["Area"], blocks.contact_polygons.area, rtol=1e-9, atol=1e-14)
     assert_allclose(found["normal"], blocks.contact_polygons.normal)

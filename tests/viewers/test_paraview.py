@@ -17,6 +17,7 @@ from bsm_mesh.converters.result_files import corner_displacement
 from bsm_mesh.pages.paraview import write_paraview
 from bsm_mesh.results import Results
 from tests.scenes.openings import opening
+from tests.unit.test_space_pictures import ROOF
 
 PVPYTHON, XVFB = shutil.which("pvpython"), shutil.which("xvfb-run")
 LACKING = "needs ParaView and Xvfb: on Debian 'apt-get install paraview python3-paraview xvfb xauth'"
@@ -52,6 +53,11 @@ def shown(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     place = tmp_path_factory.mktemp("paraview")
     results = bsm.run(opening(bolted=request.param))
     results.save(place / "out")
+    return results, place / "picture.png", opened(place)
+
+
+def opened(place: Path) -> Any:
+    """Open the results in the folder ``out`` of a place in ParaView, draw ``picture.png`` there; return the state."""
     script, picture, asked = write_paraview(place / "out"), place / "picture.png", place / "asked.py"
     asked.write_text(ASKED, encoding="utf-8")
     command = [
@@ -67,7 +73,7 @@ def shown(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     line = next(line for line in done.stdout.splitlines() if line.startswith("TOLD"))
-    return results, picture, json.loads(line[4:])
+    return json.loads(line[4:])
 
 
 def test_all_is_opened_and_moved(shown: tuple[Results, Path, Any]) -> None:
@@ -97,3 +103,16 @@ def test_the_picture(shown: tuple[Results, Path, Any]) -> None:
     with Image.open(shown[1]) as image:
         assert image.size == (1600, 1000)
         assert len(image.convert("RGB").getcolors(maxcolors=10**7) or []) > 50
+
+
+def test_polyhedra_are_seen_and_the_one_that_falls_through_the_others(tmp_path: Path) -> None:
+    """Before ParaView 6.0 polyhedra as VTK 9.4 and later write them have no faces: nothing was seen."""
+    (tmp_path / "roof.toml").write_text(ROOF, encoding="utf-8")
+    bsm.run(tmp_path / "roof.toml", output=tmp_path / "out")
+    told = opened(tmp_path)
+    assert told["colours"] == {"blocks": ["CELLS", "displacement"]}
+    assert "blocks that fall" in told["sources"]
+    with Image.open(tmp_path / "picture.png") as image:
+        red, green, blue = np.asarray(image.convert("RGB")).astype(int).reshape(-1, 3).T
+    assert (np.maximum(np.maximum(red, green), blue) < 240).mean() > 0.2
+    assert (red > blue + 80).mean() > 0.005
