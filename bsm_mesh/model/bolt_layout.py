@@ -14,7 +14,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import place, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
-from bsm_mesh.model.kinds import in_space
+from bsm_mesh.model.kinds import AnyBlocks, in_space
 from bsm_mesh.model.stages import Stage, presence
 
 SHORT = 1e-6  # of the bolt's length: what it passes of a block, or lies in the void, below this is rounding
@@ -125,7 +125,7 @@ class BoltLayout:
         return np.flatnonzero(inner).astype(np.int32)
 
 
-def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] = ()) -> Passages:
+def pass_blocks(bolts: Sequence[Bolt], blocks: AnyBlocks, stages: Sequence[Stage] = ()) -> Passages:
     """Return the pieces of the bolts in the blocks that are there when each is installed.
 
     Raises
@@ -136,10 +136,10 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] =
     given = [_given_fault(bolt, spatial=in_space(blocks)) for bolt in bolts]
     raise_faults([f"{label(bolts, b)}: {text}" for b, text in enumerate(given) if text])
     there = np.stack(presence(stages, blocks))[stage_numbers(bolts, stages)]
-    if in_space(blocks):
-        found, along = space.pass_polyhedra(bolts, blocks, there)
-    else:
+    if isinstance(blocks, Blocks):
         found, along = _pass_polygons(bolts, blocks, there)
+    else:
+        found, along = space.pass_polyhedra(bolts, blocks, there)
     faults = [""] * len(bolts)
     for b, thing, shared in along:
         faults[b] = f"runs along {thing} over {shared:.3g} m, so that no block holds it; move it off the joint"

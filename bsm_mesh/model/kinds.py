@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.movements import PLANE
 
 if TYPE_CHECKING:
+    from bsm_mesh.model.blocks import Blocks
     from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+
+AnyBlocks: TypeAlias = "Blocks | Polyhedra"
 
 
 def in_space(blocks: Any) -> TypeGuard[Polyhedra]:

@@ -12,8 +12,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, ReadOnlyMapping
 from bsm_mesh.errors import ModelError, as_given, listing, nearest, raise_faults
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.flow import FlowChange
+from bsm_mesh.model.kinds import AnyBlocks, in_space
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
 from bsm_mesh.model.quantities import BLOCK, DIRECTION, GRAVITY_PART, RELAXATION, STRENGTH_FACTOR, STRESS
 from bsm_mesh.model.shaking import Shaking
@@ -166,7 +166,7 @@ def _regions(value: Any, name: str, rules: Rules) -> tuple[Region, ...]:
     return tuple(found)
 
 
-def blocks_in(region: Region, blocks: Blocks) -> BoolArray:
+def blocks_in(region: Region, blocks: AnyBlocks) -> BoolArray:
     """Return which blocks a region means, (n,).
 
     Raises
@@ -188,6 +188,8 @@ def blocks_in(region: Region, blocks: Blocks) -> BoolArray:
             found[region] = True
         else:
             fault = f"there is no block {region}; blocks are numbered 0 to {blocks.count - 1}"
+    elif in_space(blocks):
+        fault = "a polygon is for blocks in the plane; give the name of an excavation, or block numbers"
     else:
         found = shapely.contains_xy(shapely.make_valid(shapely.Polygon(region)), *blocks.moments.centroid.T)
         if not found.any():
@@ -196,7 +198,7 @@ def blocks_in(region: Region, blocks: Blocks) -> BoolArray:
     return found
 
 
-def presence(stages: Sequence[Stage], blocks: Blocks) -> list[BoolArray]:
+def presence(stages: Sequence[Stage], blocks: AnyBlocks) -> list[BoolArray]:
     """Return which blocks are there at the start and after each stage, (n,) each.
 
     Raises

@@ -11,6 +11,9 @@ import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.solve.limit_analysis import limit_analysis, limit_tilt, strength_limit
+from bsm_mesh.three_d.limit.program import ConeProgram
+from bsm_mesh.three_d.limit.strength import ConeStrength
+from bsm_mesh.three_d.limit.ties import Ties
 from tests.scenes.polyhedra import box, model_in_space, on_incline, rotation
 from tests.scenes.small_case import Case
 
@@ -108,6 +111,48 @@ def _normal(blocks, face):
     corners = blocks.vertices[blocks.face_vertices[blocks.face_offsets[face] : blocks.face_offsets[face + 1]]]
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     return normal / np.linalg.norm(normal)
+
+
+def test_a_support_that_holds_a_rotation_bears_the_moment():
+    """A cube beside a smooth wall hangs on a bar 0.2 m off its centroid: the bar bears W, the other one 0.2 m W."""
+    blocks = bsm.Polyhedra.from_solids([box((-1, 0, 0), (0, 1, 1)), CUBE], rock="granite", joint="J1")
+    points = blocks.contact_polygons.points("both")
+    aside = np.array([[0.5, 0.7, 0.5]])
+    bars = Ties(
+        block=np.array([1, 1]),
+        column=np.array([0, 1]),
+        point=np.repeat(aside, 2, axis=0),
+        direction=np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+        turns=np.array([False, True]),
+        bars=2,
+        first_node=np.zeros(0, np.int32),
+        yield_force=np.zeros(0),
+        capacity=np.zeros(0),
+        dowel=np.zeros(0),
+    )
+    program = ConeProgram(blocks.moments, blocks.contact_polygons, points, np.array([True, False]), bars)
+    smooth = ConeStrength.coulomb(points.area, friction=0.0)
+    loads = np.array([np.zeros(6), [0, 0, -WEIGHT, 0, 0, 0]])
+    found = program.balance(loads, smooth)
+    assert found.value < 1e-6
+    assert_allclose(found.ties, [WEIGHT, -0.2 * WEIGHT], rtol=1e-5)  # the bar's force turns the cube about +x
+    turning = np.array([np.zeros(6), [0, 0, 0, 3.0, 0, 0]])
+    assert_allclose(program.tie_rates(turning), [-3.0 * 0.2, -3.0])  # of the point up, and the turn
+
+
+def test_the_strength_of_chosen_joints_alone_is_reduced():
+    """Two cubes on another, the upper one pushed by H: it slides at tan(35) W = F H, both at tan(30) 2 W = F H."""
+    push = PointForces(block=np.array([2]), point=np.array([[0.5, 0.5, 1.0]]), force=np.array([[0.5 * WEIGHT, 0, 0]]))
+    model = model_in_space([box((0, 0, -1), (1, 1, 0)), CUBE, box((0, 0, 1), (1, 1, 2))], loads=[push])
+    polygons, joint = model.blocks.contact_polygons, model.blocks.face_joint.copy()
+    joint[polygons.face[(polygons.block_a == 2) | (polygons.block_b == 2)]] = 1
+    upper = replace(model.joints[0], name="J2", law=bsm.MohrCoulomb(friction=35))
+    blocks = replace(model.blocks, face_joint=joint, joint_names=("J1", "J2"))
+    model = model.replace(blocks=blocks, joints=[*model.joints, upper])
+    lower, one = 4 * np.tan(np.radians(30)), 2 * np.tan(np.radians(35))
+    assert_allclose(strength_limit(model, ["J1"]).factor, lower, rtol=1e-4)
+    assert_allclose(strength_limit(model, ["J2"]).factor, one, rtol=1e-4)
+    assert_allclose(strength_limit(model).factor, one, rtol=1e-4)
 
 
 def test_stages_and_bolts_of_later_ones():

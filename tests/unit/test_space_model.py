@@ -10,6 +10,8 @@ from bsm_mesh.three_d.model.parts import some_polyhedra
 from tests.scenes.faults import fault
 from tests.scenes.polyhedra import box, model_in_space, on_incline
 
+OUTLINE = [(0, 0), (1, 0), (1, 1)]
+
 
 @pytest.mark.parametrize(
     ("changes", "match"),
@@ -24,6 +26,7 @@ from tests.scenes.polyhedra import box, model_in_space, on_incline
         ({"joints": ()}, "joint 'J1' is not defined"),
         ({"in_situ": bsm.InSitu(stress={"xx": -1e6})}, "stress needs the components xx, yy and zz"),
         ({"in_situ": bsm.InSitu(surface=[(0, 1), (2, 3)])}, "in_situ: of polyhedra surface is one level [m]"),
+        ({"stages": [bsm.Stage(name="dug", excavate=[OUTLINE])]}, "stage 'dug': excavate: a polygon is for blocks in"),
         ({"in_situ": bsm.InSitu(surface=-2)}, "the whole model lies above the surface, -2 m"),
     ],
 )
@@ -100,7 +103,7 @@ def test_what_is_not_usual_of_polyhedra_is_noted(changes, note):
 
 def test_what_knows_polygons_alone_says_so(tmp_path):
     results = bsm.run(on_incline(10), bsm.Options(threads=1))
-    for ask in (results.to_pandas, results.to_meshio, results.model.plot):
+    for ask in (results.to_pandas, results.to_meshio):
         with fault("knows blocks in the plane only, and these are polyhedra"):
             ask()
     with fault("Results.save: tables: knows blocks in the plane only"):

@@ -18,8 +18,10 @@ from bsm_mesh.model.loads import PointForces
 from bsm_mesh.pages.report import write_report
 from bsm_mesh.pages.view import write_view
 from bsm_mesh.pictures.animation import animate, draw_step
+from bsm_mesh.pictures.figures import paper
 from bsm_mesh.pictures.joint_net import orientations
 from bsm_mesh.pictures.look import Look
+from bsm_mesh.pictures.painter import Layer, Painter
 from bsm_mesh.pictures.pictures import draw_pictures, figure_of
 from bsm_mesh.pictures.plot import PictureChoice
 from bsm_mesh.pictures.plotting import as_given
@@ -97,6 +99,30 @@ def test_the_nearest_face_is_seen_whatever_the_order() -> None:
         assert not name[owner[1, 1]]
         assert_allclose(depth[1, 1], 1.0)
         assert owner[4, 11] == -1
+
+
+@pytest.mark.parametrize("second", [3, 7])
+def test_blocks_are_named_where_they_are_seen_with_an_edge_between_two(second: int) -> None:
+    """Two squares of one plane, seen from the south: an edge divides two blocks, and none one block."""
+    ink, squares = np.array([0.0, 1.0, 0.0]), [[(x, 5, 0), (x + 1, 5, 0), (x + 1, 5, 1), (x, 5, 1)] for x in (0, 1)]
+    layer = Layer(
+        corners=np.array(squares, dtype=float).reshape(-1, 3),
+        offsets=np.array([0, 4, 8]),
+        part=np.array([3, second]),
+        colours=np.tile([1.0, 0.0, 0.0], (2, 1)),
+        edge=ink,
+    )
+    figure = paper((4.0, 2.0))
+    axes = figure.add_subplot()
+    seen = Painter(look=Look(0.0, 0.0), view=(-0.5, -0.5, 2.5, 1.5), width=90, layers=[layer]).paint(axes)
+    assert seen is not None
+    block, middle, size = seen.middles()
+    assert block.tolist() == sorted({3, second})
+    assert_allclose(middle, [[0.5, 0.5], [1.5, 0.5]] if second == 7 else [[1.0, 0.5]], atol=0.05)
+    assert_allclose(size, 1.0 if second == 7 else np.sqrt(2), rtol=0.05)
+    image = np.asarray(axes.images[0].get_array())
+    between = image[20:40, 40:50]  # columns from x = 0.8 to 1.2
+    assert (between[..., 1].max() > 0.25) == (second == 7)
 
 
 def test_a_view_to_the_north_has_east_at_the_right_and_up_above() -> None:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -30,7 +28,7 @@ def pulls_of(bolts: Sequence[Bolt], blocks: Polyhedra, present: BoolArray) -> Fl
     pull = np.zeros((blocks.count, 3))
     if not bolts:
         return pull
-    passed = pass_blocks([replace(bolt, stage=None) for bolt in bolts], cast(Blocks, blocks))  # the same names
+    passed = pass_blocks([replace(bolt, stage=None) for bolt in bolts], blocks)
     kept = present[passed.block]
     bolt, block, length = passed.bolt[kept], passed.block[kept], (passed.last - passed.first)[kept]
     head, tip = np.ones(len(bolt), dtype=bool), np.ones(len(bolt), dtype=bool)
