@@ -242,7 +242,9 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
 
 @cli.command("key-blocks")
 @model_argument
-@click.option("-o", "--output", type=PATH, help="Folder for the files; the model's by default.")
+@click.option(
+    "-o", "--output", type=PATH, help="Folder for the files; that of the results with -key-blocks by default."
+)
 @click.option("--picture/--no-picture", default=True, help="Draw key_blocks.png.")
 @click.option(
     "--proof", is_flag=True, help="Ask limit analysis too whether the whole rock can be at rest, and the rest."

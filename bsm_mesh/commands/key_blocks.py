@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.commands.safety import folder_beside
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.result_tables import write_table
@@ -31,7 +32,8 @@ def find_key_blocks(
 ) -> None:
     """Find the key blocks of a model file, print what falls and slides, and write table, VTU files and picture."""
     loaded = load_space_file(path, scripts=scripts)
-    added = AddedFiles(output or loaded.output_folder)
+    reach = Reach(folder=path.parent, scripts=scripts)
+    added = AddedFiles(output or folder_beside(loaded, reach, "key-blocks"))
     asked = loaded.file.key_blocks
     found = key_blocks(
         loaded.blocks,
@@ -40,7 +42,7 @@ def find_key_blocks(
         free=_free(loaded),
         excavated=list(loaded.blocks.excavations),
         default_joint=loaded.file.mesh.default_joint,
-        bolts=_bolts(loaded, Reach(folder=path.parent, scripts=scripts)),
+        bolts=_bolts(loaded, reach),
         gravity=asked.gravity or (0.0, 0.0, -1.0),
         joint_pressure=asked.joint_pressure,
         required=asked.required,
@@ -169,6 +171,11 @@ def _print(loaded: LoadedSpace, found: KeyBlocks) -> None:
         f"{falls} fall and {len(rows) - falls} slide below a factor of {found.required:g}: "
         f"{found.volume[rows].sum():.4g} m3 in all"
     )
+    least = np.flatnonzero(found.removable & ~found.sliver & np.isfinite(found.bolted_factor) & (found.round == 0))
+    if not len(rows) and len(least):
+        k = least[np.argmin(found.bolted_factor[least])]
+        block, movement, factor = _row(found, k, several=False)[:3]
+        say(f"least factor {factor}: block {block} {movement}")
     if held := int(((found.factor < found.required) & (found.round == 0) & (found.pull > 0)).sum()):
         say(f"bolts hold {counted(held, 'block')} that would fall or slide without them")
 

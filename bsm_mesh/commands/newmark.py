@@ -41,7 +41,7 @@ def ask_newmark(
         if record is not None:
             given = Shaking(record=read_record(record, quantity), quantity=quantity, scale=scale)
         loaded = load_model_file(path, progress.report, scripts=scripts)
-        folder = output or folder_beside(loaded, "newmark")
+        folder = output or folder_beside(loaded, loaded.reach, "newmark")
         added = AddedFiles(folder)  # refused before anything is solved
         answer = newmark(loaded.model, given, options=loaded.options, failure=failure, report=progress.report, **asked)
         title = f"{loaded.model.title or loaded.path.stem}: displacement by Newmark's method"

@@ -12,6 +12,8 @@ from bsm_mesh.folder.safety_files import write_safety
 from bsm_mesh.model.quantity import typed
 from bsm_mesh.modelfile.build import LoadedModel, load_model_file
 from bsm_mesh.modelfile.build_mesh import stdout_to_stderr
+from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_file import LoadedSpace
 from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.pictures.safety_pictures import draw_safety
 from bsm_mesh.safety.answer import Safety
@@ -26,10 +28,10 @@ from bsm_mesh.text.terminal import say, say_json
 EXIT_DONE, EXIT_UNDECIDED = 0, 3
 
 
-def folder_beside(loaded: LoadedModel, word: str) -> Path:
+def folder_beside(loaded: LoadedModel | LoadedSpace, reach: Reach, word: str) -> Path:
     """Return the default folder of an answer: next to the results of the run."""
     results = Path(loaded.file.output.folder or f"out/{loaded.path.stem}")
-    return loaded.reach.output(str(results.with_name(f"{results.name}-{word}")) if results.name else word)
+    return reach.output(str(results.with_name(f"{results.name}-{word}")) if results.name else word)
 
 
 def ask_safety(
@@ -57,7 +59,7 @@ def ask_safety(
             variation, name = Variation(path, scripts=scripts), vary[0]
             good, bad = variation.ends(name, [typed(word) for word in vary[1:]])
             loaded = variation.model({})
-        folder = output or folder_beside(loaded, "safety")
+        folder = output or folder_beside(loaded, loaded.reach, "safety")
         added = AddedFiles(folder)  # refused before anything is solved
         common |= {"options": loaded.options, "failure": failure, "report": progress.report}
         if vary is None:

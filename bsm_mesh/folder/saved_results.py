@@ -128,11 +128,6 @@ class SavedResults:
         """Whether the blocks are polyhedra."""
         return bool(self.told.get("dimensions") == 3)
 
-    def refuse_space(self, thing: str) -> None:
-        """Raise a `ModelError` for results of polyhedra where a thing knows polygons alone."""
-        if self.in_space:
-            raise ModelError(f"{thing}: knows blocks in the plane only, and those in {self.folder} are polyhedra")
-
     def blocks(self) -> Blocks:
         """Return the blocks of the model, those that were taken away too."""
         if self.in_space:

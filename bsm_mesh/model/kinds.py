@@ -22,4 +22,4 @@ def in_space(blocks: Any) -> TypeGuard[Polyhedra]:
 def refuse_space(blocks: Any, thing: str) -> None:
     """Raise a `ModelError` for polyhedra where a thing knows polygons alone."""
     if in_space(blocks):
-        raise ModelError(f"{thing}: knows blocks in the plane only, and these are polyhedra")
+        raise ModelError(f"{thing}: not available in three dimensions (these blocks are polyhedra)")

@@ -49,8 +49,6 @@ class LoadedSpace:
         The blocks.
     rocks, joints : tuple of Rock, of Joint
         Their materials.
-    output_folder : Path
-        Where the file says that results go.
     """
 
     path: Path
@@ -58,7 +56,6 @@ class LoadedSpace:
     blocks: Polyhedra
     rocks: tuple[Rock, ...]
     joints: tuple[Joint, ...]
-    output_folder: Path
 
 
 def load_space_file(path: Path, *, scripts: bool = True) -> LoadedSpace:
@@ -88,7 +85,6 @@ def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
     sets += _made(faults, [partial(_joint_plane, table) for table in file.joint_plane])
     bodies = _made(faults, [partial(_excavation, table, reach) for table in file.excavation])
     bodies += _made(faults, [] if file.slope is None else [partial(_slope, file.slope)])
-    folders = _made(faults, [partial(reach.output, file.output.folder or f"out/{path.stem}")])
     faults += source_faults(file) or _name_faults(file)
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     if file.mesh.box is None:
@@ -97,9 +93,7 @@ def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
         with placed(path.name):
             blocks = _cut(file, sets, bodies)
     raise_faults([f"{path.name}: [key_blocks] {fault}" for fault in _unknown_to(blocks, file)])
-    return LoadedSpace(
-        path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints), output_folder=folders[0]
-    )
+    return LoadedSpace(path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints))
 
 
 def read_space_file(path: Path) -> SpaceFile:

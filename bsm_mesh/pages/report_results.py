@@ -44,7 +44,7 @@ from bsm_mesh.text.tables import (
     spread_rows,
 )
 
-PLANE = "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt."
+PLANE = "Plane problem, one metre thick: x to the right, y up; forces are per metre, those of bolts for one bolt."
 SPACE = "Three dimensions: x to the east, y to the north, z up; forces are those of whole blocks and single bolts."
 ASSUMPTIONS = (
     "Blocks are rigid; rock and joints deform in the springs of their contacts (Wang 1992).",
@@ -199,7 +199,7 @@ def _input(model: str) -> list[tuple[str, Rows]]:
     tables: list[tuple[str, dict[str, Any]]] = []
     for kind in ("rock", "joint"):
         tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
-    for kind in ("gravity", "in_situ", "water", "flow", "falls", "solver"):
+    for kind in ("slope", "gravity", "in_situ", "water", "flow", "falls", "solver"):
         tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
     for kind in ("joint_set", "joint_plane", "excavation", "support", "load", "bolt", "stage"):
         name = kind.replace("_", " ")

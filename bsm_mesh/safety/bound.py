@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.falls import Falls
-from bsm_mesh.model.kinds import refuse_space
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import angles, distances
 from bsm_mesh.results.evidence import Proof
@@ -52,8 +52,9 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
     """
     from bsm_mesh.solve.limit.strength_factor import strength_limit
 
+    if in_space(model.blocks):
+        return Limit(factor=math.inf, text="not computed in three dimensions; use `bsm-mesh limit MODEL --strength`")
     try:
-        refuse_space(model.blocks, "limit analysis")
         part = as_built(model)
         small = small_blocks(part.model, falls)
         while True:

@@ -55,10 +55,10 @@ def test_what_falls_is_printed_and_written(case: Case) -> None:
     said = " ".join(outcome.out.split())
     assert "1 fall and 0 slide below a factor of 1: 2.309 m3 in all" in said
     assert "falls 0.000 2.309 60.04 kN 15.01 kPa" in said
-    assert {name for name in outcome.new if name.startswith("out/roof/")} >= {
-        f"out/roof/{name}" for name in ("key_blocks.csv", "blocks.vtu", "contacts.vtu", "key_blocks.png")
+    assert {name for name in outcome.new if name.startswith("out/roof")} >= {
+        f"out/roof-key-blocks/{name}" for name in ("key_blocks.csv", "blocks.vtu", "contacts.vtu", "key_blocks.png")
     }
-    with (case.folder / "out/roof/key_blocks.csv").open(encoding="utf-8", newline="") as file:
+    with (case.folder / "out/roof-key-blocks/key_blocks.csv").open(encoding="utf-8", newline="") as file:
         (row,) = [row for row in csv.DictReader(file) if row["mode"] == "falls"]
     assert float(row["volume [m^3]"]) == pytest.approx(4 / np.sqrt(3))
     told = json.loads(case.run("key-blocks", "roof.toml", "--json", "--no-picture", "-o", "second").out)
@@ -102,6 +102,10 @@ required = 2.0
         wedge_factor(first, second, volume, areas, unit_weight, friction, cohesion), abs=1e-6
     )
     assert told["volume"] == pytest.approx(volume)
+    case.write("wedge.toml", text.replace("required = 2.0", "required = 1.0"))  # no block is below it
+    said = case.run("key-blocks", "wedge.toml", "--no-picture").out
+    assert f"least factor {factor:.3f}: block " in said
+    assert "slides on B, A" in said
 
 
 def test_the_file_and_python_build_the_same_blocks(case: Case) -> None:

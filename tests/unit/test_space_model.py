@@ -104,9 +104,9 @@ def test_what_is_not_usual_of_polyhedra_is_noted(changes, note):
 def test_what_knows_polygons_alone_says_so(tmp_path):
     results = bsm.run(on_incline(10), bsm.Options(threads=1))
     for ask in (results.to_pandas, results.to_meshio):
-        with fault("knows blocks in the plane only, and these are polyhedra"):
+        with fault("not available in three dimensions (these blocks are polyhedra)"):
             ask()
-    with fault("Results.save: tables: knows blocks in the plane only"):
+    with fault("Results.save: tables: not available in three dimensions"):
         results.save(tmp_path / "out", tables=True)
     assert not list(tmp_path.iterdir())
 
