@@ -58,12 +58,15 @@ def _add_names(sheet: Sheet) -> None:
     bolts = sheet.scene.stage.bolts
     if bolts.count > MOST_NAMED:
         return
+    from matplotlib.patheffects import withStroke
+
     x0, y0, x1, y1 = sheet.scene.view
+    rim = [withStroke(linewidth=2.0, foreground="white")]  # a name may lie over another bolt
     seen = sheet.scene.flat(bolts.original)
     tips, heads = seen[bolts.node_start[1:] - 1], seen[bolts.node_start[:-1]]
     for name, (x, y), side in zip(bolts.names, tips.tolist(), np.sign(tips[:, 0] - heads[:, 0]).tolist(), strict=True):
         if x0 < x < x1 and y0 < y < y1:
             sheet.axes.annotate(
                 name, (x, y), xytext=(4 * side, 2), textcoords="offset points", fontsize=7, zorder=6,
-                ha="right" if side < 0 else "left", va="bottom", parse_math=False,
+                ha="right" if side < 0 else "left", va="bottom", parse_math=False, path_effects=rim,
             )  # fmt: skip

@@ -291,6 +291,27 @@ PICTURES = (
         mended="new",
     ),
     Drawn(
+        target="docs/tunnel_3d.png",
+        models=("examples.pictures.tunnel:blocks_that_fall",),
+        name=FINAL,
+        shows="The same tunnel in a run: blocks that fall, seen from below; outer faces are cut away",
+        mended="new",
+    ),
+    Drawn(
+        target="docs/bolts_3d.png",
+        models=("starter/roof/model.toml",),
+        name="bolts",
+        shows="A cavern with a bolted roof: the axial force of each bolt",
+        mended="names of bolts have a white rim, over other bolts too",
+    ),
+    Drawn(
+        target="docs/dome_3d.png",
+        models=("starter/dome/model.toml",),
+        name="displacement",
+        shows="A dome of masonry: displacement by its own weight",
+        mended="new",
+    ),
+    Drawn(
         target="docs/joint_laws.png",
         elsewhere="python -m examples.numbers joint-laws",
         shows="Strength, shear and closure: formulas and test results",
