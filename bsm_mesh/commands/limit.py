@@ -42,16 +42,20 @@ def analyse_limit(
     loaded = load_model_file(path, scripts=scripts, space=True)
     added = AddedFiles(output or loaded.output_folder)
     model = loaded.model
+    rocks = not joints if rocks is None else rocks
     if in_space(model.blocks):
-        if tilt or rocks is not None:
-            raise ModelError("limit: --tilt and --rocks are for the plane; in space give [gravity] with its trend")
-        found_there = _in_space(model, numbers, stage, strength, joints, bolts)
+        if tilt:
+            raise ModelError("limit: --tilt is for the plane; in space give [gravity] with its trend")
+        if strength:
+            found_there = strength_in_space(model, joints or None, stage, rocks=rocks, bolts=bolts)
+        else:
+            dead, live = _split(model, numbers) if numbers else (model, None)
+            found_there = limit_in_space(dead, live, stage)
         _tell(
             loaded, added, found_there, _space_told(found_there), _space_rows(found_there, numbers, strength), as_json
         )
         return
     if strength:
-        rocks = not joints if rocks is None else rocks
         divided = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
         _tell(loaded, added, divided, _strength_told(divided), _strength_rows(divided), as_json)
         return
@@ -98,16 +102,6 @@ def _tell(
     say(f"{found}.")
     if file is not None:
         say(f"collapse mechanism written to {file}")
-
-
-def _in_space(
-    model: Model, numbers: tuple[int, ...], stage: str | None, strength: bool, joints: tuple[str, ...], bolts: bool
-) -> SpaceLimit:
-    """Return the answer for polyhedra."""
-    if strength:
-        return strength_in_space(model, joints or None, stage, bolts=bolts)
-    dead, live = _split(model, numbers) if numbers else (model, None)
-    return limit_in_space(dead, live, stage)
 
 
 def _space_told(found: SpaceLimit) -> dict[str, Any]:

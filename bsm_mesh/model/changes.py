@@ -124,7 +124,7 @@ def _with_factor(loads: tuple[Load, ...], number: int, factor: float, what: str)
 
 def _multiplied(load: Load, factor: float) -> Load:
     if isinstance(load, PointLoad):
-        return replace(load, force=(factor * load.force[0], factor * load.force[1]))
+        return replace(load, force=tuple(factor * part for part in load.force))
     if isinstance(load, Pressure):
         return replace(load, pressure=_times(load.pressure, factor))
     if isinstance(load, Traction):

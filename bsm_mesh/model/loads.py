@@ -31,9 +31,9 @@ class PointLoad:
     block : int
         Number of the block.
     point : (x, y) [m]
-        Where the force acts; it must lie in the block or on its outline.
+        Where the force acts; it must lie in the block or on its outline. In space (x, y, z).
     force : (fx, fy) [N/m]
-        Force per metre of thickness.
+        Force per metre of thickness. In space (fx, fy, fz) [N].
 
     Examples
     --------
@@ -43,14 +43,16 @@ class PointLoad:
     """
 
     block: int
-    point: tuple[float, float]
-    force: tuple[float, float]
+    point: tuple[float, ...]
+    force: tuple[float, ...]
 
     def __post_init__(self) -> None:
         rules = Rules(f"point load on block {as_given(self.block)}")
         rules.number("block", self.block, BLOCK)
-        object.__setattr__(self, "point", rules.point("point", self.point))
-        object.__setattr__(self, "force", rules.point("force", self.force, FORCE))
+        object.__setattr__(self, "point", rules.place("point", self.point))
+        object.__setattr__(self, "force", rules.place("force", self.force, FORCE))
+        if not rules.faults and len(self.point) != len(self.force):
+            rules.faults.append(f"{rules.thing}: give point and force both two numbers, or both three in space")
         raise_faults(rules.faults)
         plain_numbers(self)
 

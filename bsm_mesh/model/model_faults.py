@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh import space
-from bsm_mesh.errors import ModelError, listing, nearest
+from bsm_mesh.errors import ModelError, listing, nearest, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.flow_faults import flow_faults, water_weight_faults
@@ -230,10 +230,9 @@ def _load_faults(load: Load, model: Model) -> list[str]:
         return []
     if not 0 <= load.block < blocks.count:
         return [f"there is no block {load.block}; blocks are numbered 0 to {blocks.count - 1}"]
+    if len(load.point) != 2:
+        return ["point and force have three numbers, and blocks are in the plane; give two, (x, y)"]
     if load.block not in blocks_at(blocks, load.point):
         centre = blocks.moments.centroid[load.block]
-        return [
-            f"the point ({load.point[0]:g}, {load.point[1]:g}) is not in block {load.block}, "
-            f"whose centroid is ({centre[0]:g}, {centre[1]:g})"
-        ]
+        return [f"the point {place(load.point)} is not in block {load.block}, whose centroid is {place(centre)}"]
     return []

@@ -7,10 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from bsm_mesh.errors import ModelError, place, placed, raise_faults
-from bsm_mesh.model.loads import Load, PointForces
+from bsm_mesh.errors import ModelError, placed, raise_faults
+from bsm_mesh.model.loads import Load, PointLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import HeadPlane, Water
@@ -22,7 +20,6 @@ from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import cut_space_file
 from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable, SpaceWaterTable
 from bsm_mesh.modelfile.unused import bolts_on_nothing
-from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 
 def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
@@ -49,11 +46,11 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
         partial(make_supports, SupportTable(**table.model_dump()), f"[[support]] number {k + 1}")
         for k, table in enumerate(file.support)
     )
-    loads = made(partial(_load, table, f"[[load]] number {k + 1}", blocks) for k, table in enumerate(file.load))
+    loads = made(partial(_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load))
     bolts = made(
         partial(make_space_bolts, table, f"[[bolt]] number {k + 1}", reach) for k, table in enumerate(file.bolt)
     )
-    stages = made(partial(_stage, table, blocks) for table in file.stage)
+    stages = made(partial(_stage, table) for table in file.stage)
     water = made(iter([] if file.water is None else [partial(_water, file.water, "[water]")]))
     ground = made(iter([] if file.in_situ is None else [partial(make_in_situ, file.in_situ)]))
     options = made(iter([partial(make_options, file.solver, file.falls)]))
@@ -81,7 +78,7 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
     return model
 
 
-def _load(table: SpaceLoadTable, where: str, blocks: Polyhedra) -> Load:
+def _load(table: SpaceLoadTable, where: str) -> Load:
     """Return a load: a pressure as in the plane, or a force at a point of a block."""
     given = table.model_dump(exclude_none=True)
     if set(given) == {"boundary", "pressure"}:
@@ -91,17 +88,14 @@ def _load(table: SpaceLoadTable, where: str, blocks: Polyhedra) -> Load:
             f"{where}: give boundary with pressure, or block with point and force; "
             f"given: {', '.join(sorted(given)) or 'nothing'}"
         )
-    point, force = np.array([table.point]), np.array([table.force])
     with placed(where):
-        if not blocks.contains(table.block or 0, point)[0]:
-            raise ModelError(f"the point {place(point[0])} m does not lie in block {table.block}; move it there")
-    return PointForces(block=np.array([table.block], dtype=np.int32), point=point, force=force)
+        return PointLoad(**given)
 
 
-def _stage(table: SpaceStageTable, blocks: Polyhedra) -> Stage:
+def _stage(table: SpaceStageTable) -> Stage:
     """Return a stage."""
     where = f"stage '{table.name}'"
-    loads = tuple(_load(load, f"{where}: load {k + 1}", blocks) for k, load in enumerate(table.load))
+    loads = tuple(_load(load, f"{where}: load {k + 1}") for k, load in enumerate(table.load))
     water = None if table.water is None else _water(table.water, f"{where}: water")
     gravity = None if table.gravity is None else (table.gravity.horizontal, table.gravity.vertical)
     return Stage(

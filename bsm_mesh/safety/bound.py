@@ -10,7 +10,6 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.falls import Falls
-from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import angles, distances
 from bsm_mesh.results.evidence import Proof
@@ -34,7 +33,7 @@ class Limit:
         With the mechanism.
     unproved : float
         A factor beyond which no forces were found, without a proof; infinite: there is none.
-    mechanism : (n, 3) float64 or None
+    mechanism : (n, axes) float64 or None
         Velocities of the blocks, as in `LimitAnalysis`.
     """
 
@@ -50,10 +49,8 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
 
     Blocks that are too small to count are taken away where the mechanism moves nothing else, as a run takes them away.
     """
-    from bsm_mesh.solve.limit.strength_factor import strength_limit
+    from bsm_mesh.solve.limit_analysis import strength_limit
 
-    if in_space(model.blocks):
-        return Limit(factor=math.inf, text="not computed in three dimensions; use `bsm-mesh limit MODEL --strength`")
     try:
         part = as_built(model)
         small = small_blocks(part.model, falls)

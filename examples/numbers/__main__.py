@@ -10,6 +10,7 @@ import sys
 
 from examples.numbers import (
     cassiar,
+    dam_abutment,
     dupont,
     earthquakes,
     elasticity,
@@ -44,6 +45,7 @@ PARTS = (
     threads,
     licences,
     ranges,
+    dam_abutment,
     dupont,
     cassiar,
     three_dimensions,

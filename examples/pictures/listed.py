@@ -273,6 +273,13 @@ PICTURES = (
         mended=NEW_LOOK,
     ),
     Drawn(
+        target=f"{EX}/dam_abutment/final_position.png",
+        models=(f"{EX}/dam_abutment/undrained.toml",),
+        name=FINAL,
+        shows="The wedge under a dam that has slid to the floor of the valley, for want of drains",
+        mended="new",
+    ),
+    Drawn(
         target=f"{EX}/retaining_wall/final_position.png",
         models=(f"{EX}/retaining_wall/heavy.toml",),
         name=FINAL,

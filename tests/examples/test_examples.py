@@ -45,6 +45,8 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "staged_tunnel/weak.toml": ("unstable", None, 0.1, 0.5, None),
     "falling_table/slow.toml": ("stable", [], 2.0e-5, 2.2e-5, True),
     "falling_table/rapid.toml": ("unstable", [0], 1.0, 1.5, False),
+    "dam_abutment/model.toml": ("stable", [], 2e-5, 1e-4, True),
+    "dam_abutment/undrained.toml": ("stable", [], 10.0, 20.0, False),
     "grouted_dam/model.toml": ("stable", [], 1.7e-3, 1.9e-3, None),
     "drained_slope/model.toml": ("stable", [], 0.3e-3, 0.4e-3, None),
     "drained_slope/undrained.toml": ("unstable", None, 5e-3, 1.0, None),

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_vtu
-from bsm_mesh.model.loads import PointForces
 from bsm_mesh.solve.limit_analysis import limit_analysis, limit_tilt, strength_limit
 from bsm_mesh.three_d.limit.program import ConeProgram
 from bsm_mesh.three_d.limit.strength import ConeStrength
@@ -66,7 +65,7 @@ def test_a_dowel_adds_its_shear_to_friction():
         start=(0.5, 0.5, 0.9), end=(0.5, 0.5, -0.9), diameter=0.02, bearing_stiffness=1e9, yield_strength=4e8
     )
     steel = replace(steel, bearing_strength=50e6)
-    push = PointForces(block=np.array([1]), point=np.array([[0.5, 0.5, 0.0]]), force=np.array([[3e3, 4e3, 0.0]]))
+    push = bsm.PointLoad(block=1, point=(0.5, 0.5, 0.0), force=(3e3, 4e3, 0.0))
     model = model_in_space(solids, friction=30, bolts=[steel])
     found = limit_analysis(model, [push])
     assert found.admissible
@@ -142,7 +141,7 @@ def test_a_support_that_holds_a_rotation_bears_the_moment():
 
 def test_the_strength_of_chosen_joints_alone_is_reduced():
     """Two cubes on another, the upper one pushed by H: it slides at tan(35) W = F H, both at tan(30) 2 W = F H."""
-    push = PointForces(block=np.array([2]), point=np.array([[0.5, 0.5, 1.0]]), force=np.array([[0.5 * WEIGHT, 0, 0]]))
+    push = bsm.PointLoad(block=2, point=(0.5, 0.5, 1.0), force=(0.5 * WEIGHT, 0, 0))
     model = model_in_space([box((0, 0, -1), (1, 1, 0)), CUBE, box((0, 0, 1), (1, 1, 2))], loads=[push])
     polygons, joint = model.blocks.contact_polygons, model.blocks.face_joint.copy()
     joint[polygons.face[(polygons.block_a == 2) | (polygons.block_b == 2)]] = 1
@@ -189,4 +188,37 @@ def test_the_command(case: Case) -> None:
     assert told["factor"] > 1
     grid = read_vtu(case.folder / "roof/out/model/limit.vtu")
     assert np.abs(grid.point_data["velocity"]).max() > 0.5
-    case.refuses("limit", "roof/model.toml", "--tilt", "left", says=["--tilt and --rocks are for the plane"])
+    case.refuses("limit", "roof/model.toml", "--tilt", "left", says=["--tilt is for the plane"])
+
+
+def test_the_strength_of_rock_faces_is_divided_where_it_is_asked_for() -> None:
+    """A cube grown together with its base by cohesion alone, and pushed: c A / H."""
+    solids = [box((0, 0, -1), (1, 1, 0)), CUBE]
+    rock = bsm.Rock("granite", unit_weight=26e3, young=10e9, poisson=0.2, cohesion=50e3, friction=0.0)
+    push = bsm.PointLoad(block=1, point=(0.5, 0.5, 0.0), force=(6e3, 8e3, 0.0))
+    blocks = bsm.Polyhedra.from_solids(solids, rock="granite")
+    model = bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(blocks=[0])], loads=[push])
+    assert_allclose(strength_limit(model).factor, 5, rtol=1e-4)
+    assert strength_limit(model, rocks=False).factor == np.inf
+
+
+@pytest.mark.parametrize("cohesion", [0.0, 1e3, 10e3])
+def test_joints_without_friction(cohesion: float) -> None:
+    """A cube on a plane at 10 degrees: factor c A / (W sin dip)."""
+    model = on_incline(10, friction=0.0, cohesion=cohesion)
+    exact = cohesion / (WEIGHT * np.sin(np.radians(10)))
+    found = limit_analysis(model)
+    assert found.admissible == (exact > 1)
+    assert_allclose(found.factor, exact, rtol=EXACT, atol=1e-9)
+    assert_allclose(strength_limit(model).factor, exact, rtol=EXACT)
+    assert strength_limit(model).beyond <= exact * (1 + 1e-3) + 1e-2
+
+
+def test_a_block_that_nothing_touches_is_inadmissible() -> None:
+    model = model_in_space([*SHARED, box((0, 0, -3), (1, 1, -2))], fixed=(0, 1))
+    found = limit_analysis(model)
+    assert not found.admissible
+    assert "this geometry must move" in found.text
+    assert found.mechanism[2, 2] < 0
+    assert not found.mechanism[:2].any()
+    assert strength_limit(model).factor == 0

@@ -21,7 +21,10 @@ OUTLINE = [(0, 0), (1, 0), (1, 1)]
         ({"supports": [bsm.Roller(boundary="b", direction=0)]}, "polyhedra are held by Fixed(blocks=...)"),
         ({"supports": [bsm.Fixed(blocks=[7])]}, "there is no block 7; blocks are numbered 0 to 1"),
         ({"supports": [bsm.Fixed(boundary="top")]}, "there is no boundary 'top'"),
-        ({"loads": [bsm.PointLoad(block=1, point=(0, 0), force=(1, 0))]}, "polyhedra take Pressure(boundary=..."),
+        (
+            {"loads": [bsm.PointLoad(block=1, point=(0, 0), force=(1, 0))]},
+            "load 1 (PointLoad): point load on block 1: in space point and force are three",
+        ),
         ({"water": bsm.Water(table=[(0, 1)])}, "water: table is for the plane"),
         ({"joints": ()}, "joint 'J1' is not defined"),
         ({"in_situ": bsm.InSitu(stress={"xx": -1e6})}, "stress needs the components xx, yy and zz"),

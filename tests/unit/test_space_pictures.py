@@ -14,7 +14,6 @@ from PIL import Image
 import bsm_mesh as bsm
 from bsm_mesh.folder.frames import frames_in
 from bsm_mesh.folder.saved_results import SavedResults
-from bsm_mesh.model.loads import PointForces
 from bsm_mesh.pages.report import write_report
 from bsm_mesh.pages.view import write_view
 from bsm_mesh.pictures.animation import animate, draw_step
@@ -186,7 +185,7 @@ def test_an_open_excavation_is_seen_with_the_outer_faces(tmp_path: Path) -> None
 def test_a_model_before_it_is_run_is_drawn_from_any_side() -> None:
     """Weights, a pressure, water below a plane of head and in a joint, bolts: as the run's first stage records them."""
     bolt = bsm.Bolt(start=(0.5, 0.2, 0.5), end=(2.5, 0.7, 0.5), **STEEL, pretension=1e3)
-    aside = PointForces(block=np.array([1]), point=np.array([[1.2, 0.1, 0.9]]), force=np.array([[1e3, -2e3, 3e3]]))
+    aside = bsm.PointLoad(block=1, point=(0.9, 0.1, 0.9), force=(1e3, -2e3, 3e3))
     plane = bsm.HeadPlane(point=(0, 0, 0.4), dip=10, dip_direction=90)
     water = bsm.Water(plane=plane, joint_pressure={"J": 3e3})
     held = [bsm.Fixed(blocks=[0, 1, 2])]  # so that loads are still those of the start

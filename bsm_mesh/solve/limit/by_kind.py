@@ -39,11 +39,10 @@ def strength_limit(
 ) -> StrengthLimit | space.SpaceLimit:
     """Return the greatest factor by which strength may be divided while forces balance a stage's loads.
 
-    Parameters, proof and errors are those of `limit.strength_factor.strength_limit`. The strength of polyhedra is that
-    of their joints; `rocks` is for polygons.
+    Parameters, proof and errors are those of `limit.strength_factor.strength_limit`.
     """
     if isinstance(model, Model) and in_space(model.blocks):
-        return space.strength_in_space(model, joints, stage, bolts=bolts)
+        return space.strength_in_space(model, joints, stage, rocks=rocks, bolts=bolts)
     return strength_factor.strength_limit(model, joints, rocks, bolts, stage=stage)
 
 

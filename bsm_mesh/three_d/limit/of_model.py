@@ -15,6 +15,7 @@ from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.values import Rules
 from bsm_mesh.movements import cross
+from bsm_mesh.results.evidence import Proof
 from bsm_mesh.solve.stages.as_built import in_stage
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.limit.analysis import ConeAnalysis, LimitAnalysis3D
@@ -109,6 +110,11 @@ class SpaceLimit:
     bolt_force: FloatArray
     text: str
 
+    @property
+    def proof(self) -> Proof:
+        """The proved statement, as a proof without a witness in a file."""
+        return Proof(text=self.text)
+
     def __str__(self) -> str:
         """Return the proof, in words."""
         return f"in {named_stage(self.stage)}: {self.text}"
@@ -157,9 +163,9 @@ def limit_in_space(model: Model, live: Sequence[Load] | None, stage: str | None)
 
 
 def strength_in_space(
-    model: Model, joints: Sequence[str] | None, stage: str | None, *, bolts: bool = False
+    model: Model, joints: Sequence[str] | None, stage: str | None, *, rocks: bool = True, bolts: bool = False
 ) -> SpaceLimit:
-    """Return the greatest factor by which strength may be divided.
+    """Return the greatest factor by which strength may be divided, of faces of rock where `rocks` says so.
 
     Forces still balance the stage's loads there. It is an upper bound of the factor of safety: 5 to 16 % above that of
     a wedge on two planes.
@@ -172,7 +178,7 @@ def strength_in_space(
     name, part = in_stage(model, stage)
     program = ModelProgram.of(part.model)
     analysis, strength = program.analysis, program.strength
-    chosen = _points_of(part.model, analysis, joints)
+    chosen = _points_of(part.model, analysis, joints, rocks=rocks)
     factor = analysis.strength_factor(program.loads, strength, chosen, bolts=bolts)
     beyond, mechanism, ties = math.inf, np.zeros_like(program.loads), np.zeros(analysis.program.ties.count)
     text = "no limit: forces within strength exist at a thousandth of the strength chosen"
@@ -200,15 +206,13 @@ def strength_in_space(
     )
 
 
-def _points_of(model: Model, analysis: LimitAnalysis3D, joints: Sequence[str] | None) -> BoolArray | None:
-    """Return the contact points on joints of these names, (m,); None for all."""
-    if joints is None:
-        return None
+def _points_of(model: Model, analysis: LimitAnalysis3D, joints: Sequence[str] | None, *, rocks: bool) -> BoolArray:
+    """Return the contact points on joints of these names, all if None, and on faces of rock if `rocks`, (m,)."""
     known = {joint.name for joint in model.joints}
-    if strange := [name for name in joints if name not in known]:
+    if strange := [name for name in joints or () if name not in known]:
         raise ModelError(f"limit analysis: there is no joint '{strange[0]}'; joints: {', '.join(sorted(known))}")
-    names = [*model.blocks.joint_names, model.default_joint]
-    chosen = np.array([name in joints for name in names])
+    names = [*model.blocks.joint_names, model.default_joint]  # the last: faces without a joint, -1
+    chosen = np.array([rocks if name is None else joints is None or name in joints for name in names])
     found: BoolArray = chosen[analysis.polygons.joint[analysis.points.polygon]]
     return found
 

@@ -126,7 +126,8 @@ class ConeProgram:
     def balance(self, loads: FloatArray, strength: ConeStrength) -> Optimum:
         """Return the least strength, in shear and tension alike, that all points lack to balance loads (n, 6) [N, N m].
 
-        Not positive where forces within strength balance the loads; otherwise the velocity is the mechanism.
+        Not positive where forces within strength balance the loads; otherwise the velocity is the mechanism. Infinite
+        where no contact, support or bolt resists it.
         """
         reference = self._reference(loads)
         matrix, right, cones, lacking = self._strength(strength, reference)
@@ -161,7 +162,7 @@ class ConeProgram:
             values.append(-np.stack([slope, *np.ones((2, len(point)))], axis=1).reshape(-1))
             shifted = np.stack([strength.intercept[point, line] / reference, *np.zeros((2, len(point)))], axis=1)
             right.append(shifted.reshape(-1))
-            lacking.append(-np.stack([slope, *np.zeros((2, len(point)))], axis=1).reshape(-1))
+            lacking.append(-np.stack([np.ones(len(point)), *np.zeros((2, len(point)))], axis=1).reshape(-1))
             cones += [clarabel.SecondOrderConeT(3)] * len(point)
             count += 3 * len(point)
         bounded = np.isfinite(strength.tension)
@@ -188,20 +189,19 @@ class ConeProgram:
     ) -> Optimum:
         balances = self.equilibrium.shape[0]
         answer, found = solve_conic(cost, matrix, right, [clarabel.ZeroConeT(balances), *cones])
-        sense = float(cost[-1])
-        if answer is not Answer.SOLVED:
-            value = math.inf if answer is Answer.UNBOUNDED else 0.0
-            x, velocity = np.zeros(self.unknowns), np.zeros((len(self.fixed), 6))
-            slip = np.zeros(len(self.ties.capacity))
-        else:
-            value = float(found.x[-1])
-            x = np.array(found.x[:-1]) * reference
+        velocity, slip = np.zeros((len(self.fixed), 6)), np.zeros(len(self.ties.capacity))
+        value, x = math.inf, np.zeros(self.unknowns)
+        if answer is Answer.INFEASIBLE and cost[-1] < 0:
+            value = 0.0  # of a factor; the strength that is lacking is infinite
+        if answer is Answer.SOLVED:
+            value, x = float(found.x[-1]), np.array(found.x[:-1]) * reference
+        if answer is not Answer.UNBOUNDED:
             z = np.array(found.z)
             velocity, slip = self.mechanism(z[:balances], z[balances:])
         forces = x[: 3 * self.points.count].reshape(-1, 3)
         shear = np.einsum("mk,mkj->mj", forces[:, 1:], self.basis[:, 1:])
         return Optimum(
-            value=value if sense else 0.0,
+            value=value,
             pressure=forces[:, 0],
             shear=shear,
             velocity=velocity,

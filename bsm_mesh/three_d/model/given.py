@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from bsm_mesh.errors import ModelError, nearest, raise_faults
@@ -43,15 +42,19 @@ def faults_in_space(model: Model) -> list[str]:
     faults += [f"joint '{joint.name}': {text}" for joint in model.joints for text in _joint_faults(joint)]
     checks: list[Callable[[], object]] = [
         lambda: bars_of(model.supports, model.blocks),
-        lambda: forces_in_space(model.loads, blocks),
         lambda: presence(model.stages, blocks),
-        *(partial(forces_in_space, stage.loads, blocks) for stage in model.stages),
     ]
     for check in checks:
         try:
             check()
         except ModelError as error:
             faults += error.faults
+    for where, loads in (("", model.loads), *((f"stage '{s.name}': ", s.loads) for s in model.stages)):
+        for number, load in enumerate(loads):
+            try:
+                forces_in_space([load], blocks)
+            except ModelError as error:
+                faults += [f"{where}load {number + 1} ({type(load).__name__}): {text}" for text in error.faults]
     faults += [text for stage in model.stages for text in _stage_faults(stage)]
     for stage in model.stages:
         faults += [f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength)]

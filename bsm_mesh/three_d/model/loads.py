@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bsm_mesh.errors import ModelError, listing
-from bsm_mesh.model.loads import PointForces, Pressure
+from bsm_mesh.errors import ModelError, listing, place
+from bsm_mesh.model.loads import PointForces, PointLoad, Pressure
 from bsm_mesh.three_d.blocks.polygons import polygon_moments
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
@@ -29,13 +29,22 @@ def forces_in_space(loads: Sequence[object], blocks: Polyhedra) -> PointForces:
             if outside.size:
                 raise ModelError(f"there is no block {listing(outside)}; blocks are numbered 0 to {blocks.count - 1}")
             parts.append(load)
+        elif isinstance(load, PointLoad):
+            parts.append(_at_point(load, blocks))
         else:
-            raise ModelError(
-                "polyhedra take Pressure(boundary=..., pressure=...), or bsm_mesh.model.loads.PointForces with three "
-                "components"
-            )
+            raise ModelError("polyhedra take Pressure(boundary=..., pressure=...), or PointLoad with three components")
     block, point, force = (np.concatenate([getattr(p, name) for p in parts]) for name in ("block", "point", "force"))
     return PointForces(block=block.astype(np.int32), point=point, force=force)
+
+
+def _at_point(load: PointLoad, blocks: Polyhedra) -> PointForces:
+    point, force = np.array([load.point]), np.array([load.force])
+    if len(load.point) != 3:
+        raise ModelError(f"point load on block {load.block}: in space point and force are three numbers each")
+    if not blocks.contains(load.block, point)[0]:
+        centre = blocks.moments.centroid[load.block]
+        raise ModelError(f"the point {place(point[0])} is not in block {load.block}, whose centroid is {place(centre)}")
+    return PointForces(block=np.array([load.block], dtype=np.int32), point=point, force=force)
 
 
 def _pressed(load: Pressure, blocks: Polyhedra) -> PointForces:
