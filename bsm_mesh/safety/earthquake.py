@@ -258,7 +258,7 @@ def _run_shaken(
     report(f"stage '{model.stages[number].name}'")
     model = model_up_to(model, number + 1)
     given = run_options(model, options, 1)
-    results = solve(model, given, proves=False)
+    results = solve(model, given, lambda record: report(str(record)), proves=False)
     last = results.stages[-1]
     if last.name != model.stages[number].name:
         return None

@@ -92,10 +92,7 @@ class Progress:
 
     def step(self, record: StepRecord) -> None:
         """Say how far an accepted step has come."""
-        text = (
-            f"stage {record.stage}, step {record.step}: unbalanced force {record.residual:.1e}, "
-            f"displacement {record.max_displacement:.3g} m"
-        )
+        text = str(record)
         if self._verbose:
             vain = f" ({', '.join(record.tried)} without success)" if record.tried else ""
             text = f"{text}, by {record.method}{vain}"

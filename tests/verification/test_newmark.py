@@ -63,7 +63,10 @@ def test_nothing_is_certain_to_slide_where_no_acceleration_was_found_unstable():
 @pytest.mark.heavy
 @pytest.mark.parametrize("scale", [1.0, -1.0])
 def test_the_block_on_a_plane_beside_its_shaken_stage(scale):
-    answer = bsm.newmark(block_on_plane(replace(PULSE, scale=scale), friction=0.2, kn=1e10), tolerance=2e-4)
+    said = []
+    model = block_on_plane(replace(PULSE, scale=scale), friction=0.2, kn=1e10)
+    answer = bsm.newmark(model, tolerance=2e-4, report=said.append)
+    assert any(line.startswith("stage 1, shaken for 0.5 s, displacement ") for line in said)
     assert answer.is_decided
     assert answer.stage == "initial"
     assert_allclose(answer.peak, 0.5, rtol=1e-3)
