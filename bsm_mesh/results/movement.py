@@ -11,7 +11,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import counted
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.movements import carried, distances, translations, turned, turns
-from bsm_mesh.results.records import StageResult, Status
+from bsm_mesh.results.records import StageResult, Status, StepRecord
 
 FAR = 0.1  # of a block's size
 
@@ -21,6 +21,14 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
     if not stage.status.is_stable:
         return np.zeros(0, np.intp)
     return np.flatnonzero(distances(stage.stage_displacement) > FAR * blocks.moments.size)
+
+
+def step_in_words(step: StepRecord) -> str:
+    """Return the progress of an accepted step: the unbalanced force, or the time reached in a record."""
+    at = f"step {step.step}: unbalanced force {step.residual:.1e}"
+    if step.time is not None:
+        at = f"shaken for {step.time:.4g} s"
+    return f"stage {step.stage}, {at}, displacement {step.max_displacement:.3g} m"
 
 
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:

@@ -206,12 +206,6 @@ class StepRecord:
     recorded: tuple[float, ...] = ()
     time: float | None = None
 
-    def __str__(self) -> str:
-        where = f"stage {self.stage}, step {self.step}: unbalanced force {self.residual:.1e}"
-        if self.time is not None:
-            where = f"stage {self.stage}, shaken for {self.time:.4g} s"
-        return f"{where}, displacement {self.max_displacement:.3g} m"
-
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class StageResult(Portable):

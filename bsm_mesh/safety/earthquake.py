@@ -18,7 +18,7 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.sliding_block import Sliding, slide
 from bsm_mesh.model.stages import Stage
-from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.results.movement import step_in_words, verdict_in_words
 from bsm_mesh.results.records import Status
 from bsm_mesh.safety.answer import Safety, run_options
 from bsm_mesh.safety.criterion import Failure
@@ -258,7 +258,7 @@ def _run_shaken(
     report(f"stage '{model.stages[number].name}'")
     model = model_up_to(model, number + 1)
     given = run_options(model, options, 1)
-    results = solve(model, given, lambda record: report(str(record)), proves=False)
+    results = solve(model, given, lambda record: report(step_in_words(record)), proves=False)
     last = results.stages[-1]
     if last.name != model.stages[number].name:
         return None

@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from bsm_mesh.safety.earthquake import Newmark, SlidingSide
+from bsm_mesh.text.tables import engineering
 
-HEADER = ("to the", "yields at, g", "slides, m", "turned over, m", "shaken, m")
+HEADER = ("to the", "yields at, g", "slides", "turned over", "shaken")
 
 
 def side_rows(answer: Newmark) -> list[tuple[str, ...]]:
     """Return a row a side: yield acceleration, displacement by both signs of the record, that of the shaken stage."""
     rows: list[tuple[str, ...]] = []
     for side in answer.sides:
-        shaken = "-" if answer.shaken is None else f"{answer.shaken.moved[side.side][1]:.4g}"
+        shaken = "-" if answer.shaken is None else engineering(answer.shaken.moved[side.side][1], "m")
         rows.append((side.side, _yields(side), *_displacements(side), shaken))
     return rows
 
@@ -33,8 +34,9 @@ def _displacements(side: SlidingSide) -> tuple[str, str]:
 
 
 def _range(least: float, most: float) -> str:
-    ends = [f"{least:.4g}", f"{most:.4g}"]
-    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
+    ends = [f"{engineering(each, 'm')}" for each in (least, most)]
+    short = ends[0].rpartition(" ")[0] if ends[0].split()[1:] == ends[1].split()[1:] else ends[0]
+    return ends[0] if ends[0] == ends[1] else f"{short} to {ends[1]}"
 
 
 def remarks(answer: Newmark) -> list[str]:

@@ -92,7 +92,9 @@ class Progress:
 
     def step(self, record: StepRecord) -> None:
         """Say how far an accepted step has come."""
-        text = str(record)
+        from bsm_mesh.results.movement import step_in_words  # not while libraries are imported
+
+        text = step_in_words(record)
         if self._verbose:
             vain = f" ({', '.join(record.tried)} without success)" if record.tried else ""
             text = f"{text}, by {record.method}{vain}"

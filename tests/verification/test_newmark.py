@@ -21,6 +21,8 @@ from bsm_mesh.commands.cli import cli
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.sliding_block import slide
 from bsm_mesh.safety.earthquake import _sliding_side
+from bsm_mesh.text.newmark_text import HEADER, side_rows
+from bsm_mesh.text.tables import print_table
 from tests.scenes.known_factors import incline, tan
 from tests.scenes.shaken import STAGE, block_on_plane, quake
 
@@ -131,6 +133,19 @@ def commanded(tmp_path_factory):
     done = CliRunner().invoke(cli, [*map(str, words), "-q"])
     assert done.exit_code == 0, done.stderr
     return done.stdout, out, folder
+
+
+def test_every_column_has_room_at_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    limit = SimpleNamespace(stable=-0.17578, unstable=-0.17676)
+    slides, turned = (SimpleNamespace(permanent=0.0028712), SimpleNamespace(permanent=0.00043238))
+    side = SimpleNamespace(
+        side="left", limit=limit, sliding=slides, turned=turned, least=0.0027841, turned_least=4.056e-4
+    )
+    moved = SimpleNamespace(moved={"left": (3, 0.0069683)})
+    print_table("Newmark", HEADER, side_rows(SimpleNamespace(sides=(side,), shaken=moved)))
+    (row,) = [line for line in capsys.readouterr().out.splitlines() if "0.1758" in line]
+    assert row.split() == "left 0.1758 to 0.1768 2.784 to 2.871 mm 0.4056 to 0.4324 mm 6.968 mm".split()
 
 
 def test_the_command_prints_a_table_and_writes_files(commanded):
