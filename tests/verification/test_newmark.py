@@ -145,7 +145,22 @@ def test_every_column_has_room_at_80_columns(capsys, monkeypatch):
     moved = SimpleNamespace(moved={"left": (3, 0.0069683)})
     print_table("Newmark", HEADER, side_rows(SimpleNamespace(sides=(side,), shaken=moved)))
     (row,) = [line for line in capsys.readouterr().out.splitlines() if "0.1758" in line]
-    assert row.split() == "left 0.1758 to 0.1768 2.784 to 2.871 mm 0.4056 to 0.4324 mm 6.968 mm".split()
+    assert row.split() == [
+        "left",
+        "0.1758",
+        "to",
+        "0.1768",
+        "2.784",
+        "to",
+        "2.871",
+        "mm",
+        "0.4056",
+        "to",
+        "0.4324",
+        "mm",
+        "6.968",
+        "mm",
+    ]
 
 
 def test_the_command_prints_a_table_and_writes_files(commanded):
