@@ -42,11 +42,18 @@ def read_space_mesh(file: SpaceFile, path: Path, reach: Reach) -> Polyhedra:
     ModelError
         If the mesh cannot be read, or it and the tables of rocks and joints name each other not.
     """
-    from bsm_mesh.converters.three_d import read_polyhedra
+    from bsm_mesh.converters.three_d import read_polyhedra, read_stones
+    from bsm_mesh.converters.three_d.surface_files import ENDINGS
 
     mesh = file.mesh
     only = next(iter(file.rock)) if len(file.rock) == 1 else None
     with mesh_source(mesh, path, reach) as source, placed(path.name):
+        if source.suffix.lower() in ENDINGS:
+            rock = mesh.rock or only
+            raise_faults(_stone_faults(file, rock))
+            return read_stones(
+                source, rock=str(rock), unit_scale=unit_scale(mesh.unit), merge_tolerance=mesh.merge_tolerance
+            )
         blocks = read_polyhedra(
             source,
             groups=file.groups,
@@ -57,6 +64,18 @@ def read_space_mesh(file: SpaceFile, path: Path, reach: Reach) -> Polyhedra:
         )
         raise_faults(_unmatched(file, blocks))
     return blocks
+
+
+def _stone_faults(file: SpaceFile, rock: str | None) -> list[str]:
+    """Return a sentence for each key that separate stones need or cannot have."""
+    faults = (
+        [] if rock in file.rock else [f"[mesh] rock must name the rock of the stones{nearest(str(rock), file.rock)}"]
+    )
+    if file.groups:
+        faults.append("[groups] are of a mesh of volumes, and stones have none; leave it out")
+    if file.mesh.default_joint is None:
+        faults.append("[mesh] default_joint must name the joint between stones")
+    return faults
 
 
 def _unmatched(file: SpaceFile, blocks: Polyhedra) -> list[str]:

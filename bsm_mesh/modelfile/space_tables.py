@@ -44,7 +44,9 @@ class RockBoxTable(Table):
         default=None, description="lower south-west and upper north-east corner"
     )
     file: PathText | None = Field(
-        default=None, description="instead of it: a mesh of volume elements, MSH 4.1, with the groups of [groups]"
+        default=None,
+        description="instead of it: a mesh of volume elements, MSH 4.1, with the groups of [groups]; or separate "
+        "stones, OBJ or STL",
     )
     geometry: PathText | None = Field(
         default=None, description="instead of them: a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
