@@ -39,8 +39,8 @@ FEWER_COLLECTIONS = 5000  # new objects; at 700 collecting is a tenth of a short
 def cli() -> None:
     """Stability of excavations and slopes in jointed rock by the Block-Spring Model.
 
-    A mesh with joints as physical groups goes in, rigid blocks with springs between them are brought into
-    equilibrium, and VTU files for ParaView come out.
+    Reads a mesh with joints as physical groups, finds the equilibrium of rigid blocks with springs between them,
+    and writes VTU files for ParaView.
 
     Exit code 0: done; 2: bad input; 3: not converged; 130: interrupted.
     """

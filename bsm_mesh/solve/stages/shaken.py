@@ -51,8 +51,8 @@ def _input(shaking: Shaking, found: ShakingResult) -> Iterator[str]:
     end_velocity, end_displacement = base.at_end
     if abs(end_velocity) > 0.01 * velocity:
         yield (
-            f"at its end the base moves on with {end_velocity:.3g} m/s, {end_displacement:.3g} m away: no baseline "
-            "correction is made; displacements here are relative to the base"
+            f"the record ends with a base velocity of {end_velocity:.3g} m/s and a base displacement of "
+            f"{end_displacement:.3g} m: no baseline correction is made; displacements are relative to the base"
         )
 
 
