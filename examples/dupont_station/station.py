@@ -93,7 +93,7 @@ def on_layout(model, **parameters):
     """Return the model with blocks of another geometry."""
     with tempfile.TemporaryDirectory() as folder:
         path = dupont_station.build(Path(folder) / "station.msh", **parameters)
-        return model.replace(blocks=converters.read_blocks(path))
+        return model.replace(blocks=converters.read_blocks(path), histories=[])  # their points may lie beyond
 
 
 def with_joints(model, **change):

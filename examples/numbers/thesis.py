@@ -297,7 +297,7 @@ def dam_variants() -> str:
 TABLES: tuple[Table, ...] = (
     Table(name="pushed-block", page=f"examples/{PUSHED}/README.md", make=pushed_block, tolerance=0.1),
     Table(name="stratified-slope", page=f"examples/{SLOPE}/README.md", make=stratified_slope),
-    Table(name="layered-sizes", page=f"examples/{SLOPE}/README.md", make=layered_sizes, tolerance=0.1),
+    Table(name="layered-sizes", page=f"examples/{SLOPE}/README.md", make=layered_sizes, tolerance=0.1, is_slow=True),
     Table(name="stratified-slope-way", page=f"examples/{SLOPE}/README.md", make=on_its_way, tolerance=0.1),
     Table(name="bolted-opening", page=f"examples/{OPENING}/README.md", make=bolted_opening),
     Table(name="filling-thickness", page=f"examples/{OPENING}/README.md", make=filling_thickness, tolerance=0.02),

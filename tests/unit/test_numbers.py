@@ -52,7 +52,6 @@ HEAVY = (
     "tutorial",
     "gravity-turned-on",
     "stratified-slope",
-    "layered-sizes",
     "filling-thickness",
     "tilted-wall",
     "constants",

@@ -92,7 +92,7 @@ def errors(blocks):
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(
-    ("kind", "size"), [("quads", 0.75), ("quads", 0.45), pytest.param("voronoi", 2000, marks=pytest.mark.heavy)]
+    ("kind", "size"), [("quads", 0.75), ("quads", 0.45), pytest.param("voronoi", 2000, marks=pytest.mark.slow)]
 )
 def test_quads_and_voronoi_blocks(kind, size, tmp_path):
     l2, largest, near, count = errors(blocks_of(kind, size, tmp_path))

@@ -285,7 +285,7 @@ def test_forces_at_the_factor_are_in_equilibrium_and_within_the_strength_that_is
     assert (pressure >= -1e-6 * weight).all()
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_two_thousand_blocks():
     model = leaning_slope(2000).model()
     assert strength_limit(model).factor == np.inf
