@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.certificate import verify_certificate
 from bsm_mesh.solve.zones.large_rock import LargeRock
-from bsm_mesh.solve.zones.moving_points import FROM_NODES, MovingPoints
+from bsm_mesh.solve.zones.moving_points import MovingPoints, Places
 from tests.scenes.arch import arch
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.zones import SHEAR, rock, under_stress
@@ -67,21 +67,31 @@ def test_rock_that_turns_as_a_whole_keeps_its_stress(degrees):
 
 
 def test_derivatives_of_opening_and_slip_are_exact():
+    """Between nodes too: r and e are any sums of the nodes' places."""
     rng, count = np.random.default_rng(2), 4
     points = MovingPoints.__new__(MovingPoints)
-    object.__setattr__(points, "unknown", np.arange(8 * count).reshape(count, 8))
-    object.__setattr__(points, "given", rng.normal(size=(count, 2, 2)))
+    none = np.zeros(count)
+    known = {
+        "unknown": np.arange(8 * count).reshape(count, 8),
+        "parts": rng.normal(size=(count, 2, 4)),
+        "given": rng.normal(size=(count, 2, 2)),
+        "places": Places(piece=none, share=none, slid=rng.normal(size=count), over=none),
+    }
+    for name, value in known.items():
+        object.__setattr__(points, name, value)
     u = rng.normal(size=8 * count)
     for which in (0, 1):
-        first = points._gradients(u)[which] @ FROM_NODES
-        second = FROM_NODES.T @ points._second_derivatives(u)[which] @ FROM_NODES
+        by_r_and_e = points._gradients(u)[which].reshape(count, 2, 2)
+        first = np.swapaxes(points.parts, 1, 2) @ by_r_and_e
+        first, second = first.reshape(count, 8), points.on_nodes(points._second_derivatives(u)[which])
         for k in range(8):
             d = np.zeros((count, 8))
             d[:, k] = STEP
             up, down = u + d.ravel(), u - d.ravel()
             change = (points.relative(up)[which] - points.relative(down)[which]) / (2 * STEP)
             assert_allclose(change, first[:, k], atol=1e-8 * np.abs(first).max())
-            turned_ = (points._gradients(up)[which] - points._gradients(down)[which]) @ FROM_NODES / (2 * STEP)
+            turned_ = (points._gradients(up)[which] - points._gradients(down)[which]).reshape(count, 2, 2) / (2 * STEP)
+            turned_ = (np.swapaxes(points.parts, 1, 2) @ turned_).reshape(count, 8)
             assert_allclose(turned_, second[:, :, k], atol=1e-8 * np.abs(second).max())
 
 

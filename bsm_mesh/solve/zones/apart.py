@@ -22,6 +22,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import ContactForces, ContactStatus
 from bsm_mesh.solve.algebra.loads import force_sums
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
+from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.fields import block_averages, forces_of_stress
 from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.interfaces import Interfaces, interfaces_between, opened, shared_pieces
@@ -29,6 +30,7 @@ from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.loads import load_vector, weightless
 from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization
+from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.placed_points import joint_points
 from bsm_mesh.solve.zones.supports import nodal_unknowns, support_rows
 
@@ -102,9 +104,10 @@ class Apart:
         merged[own.element_dofs] = basis.element_dofs
         joints, is_open = None, np.zeros(len(pairs), dtype=bool)
         if interfaces is not None and interfaces.joint.size:
-            is_open = np.isin(one, interfaces.pieces[:, 0])
+            is_open = np.isin(one, interfaces.pieces)
             between = interfaces_between(mesh, interfaces.pieces, interfaces.joint)
-            joints = joint_points(model, mesh, between, own, elements)
+            chains = FaceChains.of(whole, mesh, elements.order) if elements.large else None
+            joints = joint_points(model, mesh, between, own, elements, chains)
         bolts = EmbeddedBolts.of(model, mesh, own, straight=True) if model.bolts else None
         return cls(
             model=model,
@@ -220,8 +223,11 @@ class Apart:
             given = end.without_strain(block)
             if given is not None:
                 internal = internal + forces_of_stress(self.basis, given)
-        if self.joints is not None and end.at.state is not None and end.history is not None:
-            internal = internal + self.joints.forces(u, end.at.state, end.history)
+        joints = self.joints
+        if joints is not None and end.at.state is not None and end.history is not None:
+            if isinstance(joints, MovingPoints) and isinstance(end.joints, MovingPoints):
+                joints = joints.facing(end.joints.places)
+            internal = internal + joints.forces(u, end.at.state, end.history)
         if self.bolts is not None and end.bolts is not None and end.at.bolts is not None:
             internal = internal - replace(end.bolts, rows=self.bolts.rows).forces(end.at.bolts)
         return end.load - self.held_back(end) - internal

@@ -31,7 +31,7 @@ def evidence_of(
 ) -> Evidence:
     """Return the evidence: laws and springs of joints; whole rock neither slips nor opens."""
     assert of.apart is not None
-    joints, history, state = of.joints, end.history, end.at.state
+    joints, history, state = end.joints, end.history, end.at.state
     m = len(contacts.length)
     laws: tuple[JointLaw, ...] = (Elastic(),)
     law, tension = np.zeros(m, np.int32), np.full(m, np.inf)

@@ -84,6 +84,11 @@ class JointPoints:
         return found
 
     @property
+    def over(self) -> BoolArray:
+        """Which points slid over the end of a face, (q,)."""
+        return np.zeros(len(self.length), dtype=bool)
+
+    @property
     def are_linear(self) -> bool:
         """Whether no joint in use has a law, a closure limit or a growing stiffness: none slips, opens or stiffens."""
         return not len(self.growing.rows) and bool((np.isinf(self.tension) & np.isinf(self.closure_limit)).all())

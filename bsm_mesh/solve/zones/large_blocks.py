@@ -77,6 +77,17 @@ class LargeBlocks:
         rock: float = 1.0,
     ) -> Any:
         """Return the tangent (free, free), by columns, with so many times the rock's stiffness."""
+        return self.free.reduced_matrix(self.matrix(u, joints, state, points, rock))
+
+    def matrix(
+        self,
+        u: FloatArray,
+        joints: JointPoints | None,
+        state: JointState | None,
+        points: PointStiffness | None,
+        rock: float = 1.0,
+    ) -> Any:
+        """Return the tangent (N, N) of all unknowns, held ones too."""
         unknowns = [self.dofs.T]
         entries = [rock * self.rock.entries(self.rock.at(u, self.dofs))]
         if isinstance(joints, MovingPoints) and state is not None and points is not None:
@@ -85,7 +96,7 @@ class LargeBlocks:
         rows = np.concatenate([np.repeat(of, of.shape[1], axis=1).ravel() for of in unknowns])
         columns = np.concatenate([np.tile(of, of.shape[1]).ravel() for of in unknowns])
         values = np.concatenate([of.ravel() for of in entries])
-        return self.free.reduced_matrix(sp.csr_matrix((values, (rows, columns)), shape=(len(u), len(u))))
+        return sp.csr_matrix((values, (rows, columns)), shape=(len(u), len(u)))
 
     def leaves(self, A: Any, weight: float) -> bool:
         """Return whether blocks leave an equilibrium by the least disturbance: its stiffness is not positive.

@@ -1,4 +1,4 @@
-"""How far joints may open and slide while blocks in large displacement keep their opposite nodes."""
+"""Parts of faces that blocks in large displacement bring upon each other, where the joints have no points."""
 
 from __future__ import annotations
 
@@ -11,27 +11,21 @@ from bsm_mesh.solve.zones.moving_points import MovingPoints
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stage_solution import StageEnd
-    from bsm_mesh.solve.zones.stages import Continuum
-
-SLID = 0.1  # of the side of a zone: beyond, a node lies opposite another part of its neighbour
 
 
-def parted(of: Continuum, end: StageEnd) -> str:
-    """Return where a face slid too far along its neighbour, in words; empty where none did.
+def parted(end: StageEnd) -> str:
+    """Return where a face slid along its neighbour with a part that has no contact, in words; empty where none did.
 
     A point that is open may be anywhere: it carries nothing.
     """
-    joints, state = of.joints, end.at.state
+    joints, state = end.joints, end.at.state
     if not isinstance(joints, MovingPoints) or state is None:
         return ""
-    here = end.present[joints.block].all(axis=1) & state.closed
-    share = np.abs(state.slip) / joints.pieces * here
-    if share.max(initial=0.0) <= SLID:
+    worst = np.flatnonzero(joints.uncovered & state.closed)
+    if not worst.size:
         return ""
-    worst = int(share.argmax())
-    a, b = joints.block[worst, ::-1]
+    b, a = joints.block[worst[0]]
     return (
-        f"block {a} slid by {abs(state.slip[worst]):.3g} m along block {b} at "
-        f"{place(tuple(joints.placed(end.u)[worst]))}, and zones are followed up to {100 * SLID:g} % of the side of a "
-        "zone; leave zones out to follow blocks"
+        f"block {a} slid along block {b} at {place(tuple(joints.placed(end.u)[worst[0]]))} with a part of its face "
+        "that touched nothing before, and zones do not follow that; leave zones out to follow blocks"
     )

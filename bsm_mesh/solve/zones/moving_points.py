@@ -1,26 +1,54 @@
-"""Points of joints that turn with the blocks: opening and slip in large displacement.
+"""Points of joints that turn and slide with the blocks: opening and slip in large displacement.
 
-A point is a node s of the second side. Opposite lies the node m of the first side, on a side of a zone from node a to
-node b. With r = x_s - x_m and e = x_b - x_a opening and slip are ``r . n`` and ``r . t``, where t is the direction of
-e, and n its normal out of the first side. So slip is between points of the material: a side that shortens has not
-slipped. Both are the same in all frames that turn, and the forces balance in force and moment: they act at the node s.
+A point is a node s of the second side. It faces a place m of the first side, on a side of a zone from node a to node b.
+With r = x_s - x_m and e = x_b - x_a opening and slip are ``r . n`` and ``r . t``, where t is the direction of e, and n
+its normal out of the first side. Both are the same in all frames that turn, and the forces balance in force and moment:
+they act at the node s.
+
+The place m is one of the material: the shape functions of the side's nodes there, which stay as they are until
+equilibrium. A point that slid too far from it gets the place that it faces then, which may be on another side of a zone
+(`face_chains`). Slip goes on from what it was; forces do not jump, for both sides have the node between them. A point
+that slid over the end of a face carries nothing.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.tangents import PointStiffness
 
 QUARTER = np.array([(0.0, -1.0), (1.0, 0.0)])
-NODES = np.array([(1.0, -1.0, 0.0, 0.0), (0.0, 0.0, -1.0, 1.0)])  # r and e from the nodes s, m, a, b
-FROM_NODES = np.kron(NODES, np.eye(2))
+SLID = 1e-3  # of the side of a zone: beyond, a point gets the place that it faces
+OVER = 0.1  # of the same: beyond the end of a face a point faces nothing
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Places:
+    """Where points face the first side, (q,) each.
+
+    Attributes
+    ----------
+    piece : (q,) int32
+        Piece of an edge (`FaceChains`).
+    share : (q,) float64
+        The part of it from its start.
+    slid : (q,) float64 [m]
+        Slip up to that place.
+    over : (q,) bool
+        Whether the point slid over the end of the face.
+    """
+
+    piece: IntArray
+    share: FloatArray
+    slid: FloatArray
+    over: BoolArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -29,65 +57,130 @@ class MovingPoints(JointPoints):
 
     Attributes
     ----------
-    unknown : (q, 8) int32
-        Unknowns x, y of the nodes s, m, a, b.
+    node : (q,) int32
+        The nodes s.
+    nodes : (k, 2) int
+        Unknowns of every node.
+    as_given : (k, 2) float64 [m]
+        Where the nodes were given.
+    chains : FaceChains
+        Faces that points slide along.
+    places : Places
+        Where they are there.
+    outer : (q,) int8
+        Of points beside a part of their face that has none, in which direction of the chain it lies: 1 or -1; else 0.
+    unknown : (q, 2 m) int32
+        Unknowns x, y of the node s and of those of the side.
+    parts : (q, 2, m) float64
+        r and e from these nodes.
     given : (q, 2, 2) float64 [m]
         r and e as given.
     """
 
+    node: IntArray
+    nodes: IntArray
+    as_given: FloatArray
+    chains: FaceChains
+    places: Places
+    outer: IntArray
     unknown: IntArray
+    parts: FloatArray
     given: FloatArray
 
     @classmethod
-    def of(cls, points: JointPoints, node: IntArray, nodes: IntArray, place: FloatArray) -> MovingPoints:
-        """Return the same points, of which the nodes s, m, a, b are (q, 4).
-
-        Parameters
-        ----------
-        points : JointPoints
-            At these nodes.
-        node : (q, 4) int
-            Nodes of every point; a and b in any order.
-        nodes : (k, 2) int
-            Unknowns of every node.
-        place : (k, 2) float64 [m]
-            Where the nodes were given.
-        """
-        e = place[node[:, 3]] - place[node[:, 2]]
-        backwards = e[:, 1] * points.normal[:, 0] - e[:, 0] * points.normal[:, 1] < 0
-        node = np.where(backwards[:, None], node[:, [0, 1, 3, 2]], node)
-        given = np.einsum("kn,qni->qki", NODES, place[node])
+    def of(
+        cls,
+        points: JointPoints,
+        node: IntArray,
+        nodes: IntArray,
+        as_given: FloatArray,
+        chains: FaceChains,
+        piece: IntArray,
+        share: FloatArray,
+        outer: IntArray,
+    ) -> MovingPoints:
+        """Return the same points, which lie at parts (q,) of pieces (q,) of the first side as given."""
+        zero = np.zeros(len(node))
+        places = Places(piece=piece, share=share, slid=zero, over=np.zeros(len(node), dtype=bool))
         known = {field.name: getattr(points, field.name) for field in fields(points)}
-        return cls(**known, unknown=nodes[node].reshape(len(node), 8).astype(np.int32), given=given)
+        side = _side(chains, node, nodes, as_given, places)
+        return cls(
+            **known, node=node, nodes=nodes, as_given=as_given, chains=chains, places=places, outer=outer, **side
+        )
+
+    def facing(self, places: Places) -> MovingPoints:
+        """Return the points at other places of the first side."""
+        block = np.stack([self.chains.block[places.piece], self.block[:, 1]], axis=1)
+        side = _side(self.chains, self.node, self.nodes, self.as_given, places)
+        return replace(self, block=block, places=places, **side)
+
+    def slid_on(self, u: FloatArray) -> MovingPoints | None:
+        """Return the points at the places that they face at displacements u (N,); None: none has slid far."""
+        _, slip = self.relative(u)
+        places = self.places
+        far = np.flatnonzero(np.abs(slip - places.slid) > SLID * self.pieces)
+        if not far.size:
+            return None
+        piece, share, slid, over = (values.copy() for values in (places.piece, places.share, places.slid, places.over))
+        where = self.as_given + u[self.nodes]
+        piece[far], share[far] = self.chains.facing(where[self.node[far]], piece[far], where)
+        over[far] = np.abs(share[far] - 0.5) > 0.5 + OVER
+        share[over] = share[over].clip(0.0, 1.0)
+        if (piece == places.piece).all() and (share == places.share).all() and (over == places.over).all():
+            return None  # those that slid far are over the end of a face still
+        there = self.facing(Places(piece=piece, share=share, slid=slid, over=over))
+        slid[far] = (slip - there.relative(u)[1] + slid)[far]
+        return there
+
+    @property
+    def over(self) -> BoolArray:
+        """Which points slid over the end of a face, (q,)."""
+        return self.places.over
+
+    @property
+    def uncovered(self) -> BoolArray:
+        """Beside which points a part of their face that has none lies on the first side, (q,)."""
+        piece, share = self.places.piece, self.places.share
+        back = (share > OVER) | (self.chains.before[piece] >= 0)
+        forth = (share < 1 - OVER) | (self.chains.after[piece] >= 0)
+        found: BoolArray = ((self.outer < 0) & back) | ((self.outer > 0) & forth)
+        return found
 
     def relative(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return opening and slip (q,) [m] at displacements u (N,)."""
         r, e = self._vectors(u)
         square = (e * e).sum(axis=1)
         opening = (e[:, 1] * r[:, 0] - e[:, 0] * r[:, 1]) / np.sqrt(square)
-        slip: FloatArray = (e * r).sum(axis=1) / np.sqrt(square)
+        slip: FloatArray = (e * r).sum(axis=1) / np.sqrt(square) + self.places.slid
         return opening, slip
 
     def forces(self, u: FloatArray, state: JointState, history: JointHistory) -> FloatArray:
         """Return the points' part of the internal forces at displacements u (N,), (N,) [N/m]."""
         opens, slips = self._gradients(u)
-        nodal = (state.shear[:, None] * slips - state.pressure[:, None] * opens) @ FROM_NODES
+        of_r_and_e = (state.shear[:, None] * slips - state.pressure[:, None] * opens).reshape(-1, 2, 2)
+        nodal = self.parts.swapaxes(1, 2) @ of_r_and_e
         return np.bincount(self.unknown.ravel(), nodal.ravel(), minlength=len(u)).astype(np.float64)
 
     def entries(self, u: FloatArray, state: JointState, of: PointStiffness) -> FloatArray:
-        """Return the derivatives (q, 8, 8) of the forces of every point by its unknowns, with the turning of frames."""
+        """Return the derivatives (q, 2 m, 2 m) of the forces of every point by its unknowns, with the turning of frames."""
         opens, slips = self._gradients(u)
         by_opening = of.normal[:, None] * opens + of.dilating[:, None] * slips
         by_slip = of.shear[:, None] * slips + of.cross[:, None] * opens
         K = opens[:, :, None] * by_opening[:, None, :] + slips[:, :, None] * by_slip[:, None, :]
         opening_twice, slip_twice = self._second_derivatives(u)
         K += state.shear[:, None, None] * slip_twice - state.pressure[:, None, None] * opening_twice
-        found: FloatArray = FROM_NODES.T @ K @ FROM_NODES
-        return found
+        return self.on_nodes(K)
+
+    def on_nodes(self, of_r_and_e: FloatArray) -> FloatArray:
+        """Return second derivatives by r and e (q, 4, 4) as those by the unknowns of every point, (q, 2 m, 2 m)."""
+        q, _, m = self.parts.shape
+        by = of_r_and_e.reshape(q, 2, 2, 2, 2)
+        found: FloatArray = np.einsum("qim,qiajb,qjn->qmanb", self.parts, by, self.parts, optimize=True)
+        return found.reshape(q, 2 * m, 2 * m)
 
     def moved(self, correction: FloatArray, present: BoolArray) -> float:
         """Return how far a correction (N,) moves opposite nodes against each other, at most [m]."""
-        r = (NODES @ correction[self.unknown].reshape(-1, 4, 2))[:, 0]
+        r = self._of_nodes(correction)[:, 0]
         return float((np.hypot(*r.T) * present).max(initial=0.0))
 
     def placed(self, u: FloatArray) -> FloatArray:
@@ -108,8 +201,13 @@ class MovingPoints(JointPoints):
         return length
 
     def _vectors(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        r, e = np.moveaxis(self.given + NODES @ u[self.unknown].reshape(-1, 4, 2), 1, 0)
+        r, e = np.moveaxis(self.given + self._of_nodes(u), 1, 0)
         return r, e
+
+    def _of_nodes(self, u: FloatArray) -> FloatArray:
+        """Return what displacements (N,) add to r and e, (q, 2, 2)."""
+        found: FloatArray = self.parts @ u[self.unknown].reshape(*self.parts.shape[::2], 2)
+        return found
 
     def _gradients(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the derivatives of opening and slip by r and e, (q, 4) each."""
@@ -149,3 +247,15 @@ class MovingPoints(JointPoints):
                 -(re + re.swapaxes(1, 2) + dot * one - 3 * dot / square * ee) / (square * length),
             ),
         )
+
+
+def _side(
+    chains: FaceChains, node: IntArray, nodes: IntArray, as_given: FloatArray, places: Places
+) -> dict[str, Any]:
+    """Return `unknown`, `parts` and `given` of `MovingPoints` at some places."""
+    every = np.column_stack([node, chains.node[places.piece]])
+    parts = np.zeros((len(every), 2, every.shape[1]))
+    parts[:, 0, 0], parts[:, 0, 1:] = 1.0, -chains.shapes(places.share)
+    parts[:, 1, 1], parts[:, 1, 2] = -1.0, 1.0
+    unknown = nodes[every].reshape(len(every), -1).astype(np.int32)
+    return {"unknown": unknown, "parts": parts, "given": parts @ as_given[every]}

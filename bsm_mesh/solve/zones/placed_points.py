@@ -17,6 +17,7 @@ from bsm_mesh.contact.dilation import Dilating
 from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.elasticity import nominal_constants
+from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.interfaces import Interfaces
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization
@@ -40,7 +41,12 @@ TIED = 1e4  # of the softer rock's stiffness over the length of a point: represe
 
 
 def joint_points(
-    model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, elements: Discretization
+    model: Model,
+    mesh: ContinuumMesh,
+    interfaces: Interfaces,
+    basis: Any,
+    elements: Discretization,
+    chains: FaceChains | None,
 ) -> JointPoints:
     """Return the points of all interfaces of a mesh that is opened along its joints.
 
@@ -55,7 +61,9 @@ def joint_points(
     basis : skfem.CellBasis
         Of the vector-valued element.
     elements : Discretization
-        Order of the elements, and whether displacements are large.
+        Order of the elements.
+    chains : FaceChains or None
+        Faces of that mesh that the points slide along; None: displacements are small.
     """
     import skfem
 
@@ -94,22 +102,36 @@ def joint_points(
         slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),
         at_ends=rule is ENDS,
     )
-    if not elements.large:
-        return points
+    return points if chains is None else _moving(points, mesh, chains, interfaces, basis, rule)
+
+
+def _moving(
+    points: JointPoints, mesh: ContinuumMesh, chains: FaceChains, interfaces: Interfaces, basis: Any, rule: Rule
+) -> MovingPoints:
+    """Return the points with the nodes of the second side, and where these lie on the pieces of the first."""
     nodes = nodal_unknowns(basis)
-    place = basis.doflocs[:, nodes[:, 0]].T
-    return MovingPoints.of(points, _opposite_nodes(mesh, interfaces, elements.order), nodes, place)
-
-
-def _opposite_nodes(mesh: ContinuumMesh, interfaces: Interfaces, order: int) -> IntArray:
-    """Return for every point the node of the second side, that of the first, and the ends of its piece, (q, 4)."""
     first, second = (mesh.mesh.facets[:, interfaces.facet[:, side]] for side in (0, 1))
-    columns = [(second[end], first[end], *first) for end in (0, 1)]
-    if order == 2:
-        middles = (mesh.mesh.p.shape[1] + interfaces.facet[:, side] for side in (1, 0))
-        columns.insert(1, (*middles, *first))
-    nodes: IntArray = np.stack([np.stack(column, axis=1) for column in columns], axis=1).reshape(-1, 4)
-    return nodes
+    columns = [second[0], second[1]]
+    if len(rule[1]) == 3:
+        columns.insert(1, mesh.mesh.p.shape[1] + interfaces.facet[:, 1])
+    node = np.stack(columns, axis=1).astype(np.int32)
+    piece, own = interfaces.pieces.T
+    forwards = mesh.piece_ends[piece, 0] == first[0]
+    share = np.where(forwards[:, None], rule[0], 1 - rule[0])
+    # What comes first along the second side comes last along the first one.
+    outer = np.zeros(node.shape, dtype=np.int8)
+    for end, free, way in zip(mesh.piece_ends[own].T, chains.free_ends(interfaces), (1, -1), strict=True):
+        outer[(node == end[:, None]) & free[own, None]] = way
+    return MovingPoints.of(
+        points,
+        node=node.ravel(),
+        nodes=nodes,
+        as_given=basis.doflocs[:, nodes[:, 0]].T,
+        chains=chains,
+        piece=np.repeat(piece, len(rule[1])).astype(np.int32),
+        share=share.ravel(),
+        outer=outer.ravel(),
+    )
 
 
 def _traces(basis: Any) -> tuple[Any, Any]:

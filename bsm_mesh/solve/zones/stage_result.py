@@ -130,7 +130,7 @@ def _at_nodes(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
 def _contacts(of: Continuum, end: StageEnd, left: FloatArray, place: Placement) -> ContactForces:
     """Return the forces at the points of joints, then those of whole rock."""
     assert of.apart is not None
-    parts = contacts_of(of.joints, end, with_rock=True), of.apart.ties(end, left, place.node)
+    parts = contacts_of(end, with_rock=True), of.apart.ties(end, left, place.node)
     columns = {field.name: [getattr(part, field.name) for part in parts] for field in fields(ContactForces)}
     return ContactForces(**{name: np.concatenate(values) for name, values in columns.items()})
 
@@ -241,7 +241,7 @@ def _verdict(
     if end.large is not None:
         if end.leaves:
             return Status.NOT_CONVERGED, LEAVES
-        if far := parted(of, end):
+        if far := parted(end):
             return Status.NOT_CONVERGED, far
     elif far := moved_far(of.model, position, end.present):
         return Status.NOT_CONVERGED, f"block {far}: zones know no larger ones; leave zones out to follow blocks"

@@ -19,12 +19,14 @@ from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
+from bsm_mesh.solve.zones.moved_supports import carried, slid_on, steps
+from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
 from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
 from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.supports import held_displacements
-from bsm_mesh.solve.zones.system import FreeUnknowns, loose_parts
+from bsm_mesh.solve.zones.system import FreeUnknowns, LoosePart, loose_parts
 from bsm_mesh.solve.zones.tangents import Tangents
 from bsm_mesh.solve.zones.zones_state import ZonesMemory, ZonesState
 
@@ -135,10 +137,6 @@ class StageRun:
 
     def _solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
         state, of = self.state, self.of
-        cells = np.flatnonzero(present[of.mesh.block]).astype(np.int32)
-        here = np.zeros(of.basis.N, dtype=bool)
-        here[of.basis.element_dofs[:, cells]] = True
-        both = here[of.ties].all(axis=0)
         loads = self._loads(present)
         equations = self.equations(present, loads)
         held, collapse = equations.free.supports, None
@@ -146,18 +144,25 @@ class StageRun:
             held_back = state.held_back(part)
             equations = replace(equations, load=equations.load - held_back)
             at, converged = equations.at(state.u, equations.free.none), False
-            loose = loose_parts(held, of.basis, cells, of.ties[:, both], at.residual)
+            loose = self._loose(equations, at, present)
             if loose:
                 break
             if self.near is not None and part == parts[-1]:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
             start = state.u
-            equations, at, converged = self._reached(equations)
+            for _ in steps(equations, start):
+                self.state.u = carried(equations, self.state.u)
+                equations, at, converged = self._reached(equations, present)
+                if not converged:
+                    break
+                self.state.u = at.u
             if not converged:
+                loose = self._loose(equations, at, present)
                 collapse = plastic_collapse(equations, at, start)
             equations = replace(equations, load=equations.load + held_back)
-            state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
+            state.u, state.joints, state.history = at.u, equations.joints, equations.history
+            state.bolts = equations.bolts
             if equations.plastic is not None:
                 state.relief = equations.plastic.relief
             if not converged:
@@ -189,28 +194,40 @@ class StageRun:
             rock=self.rock,
             plastic=plastic,
             large=equations.large,
+            joints=equations.joints,
             leaves=converged and equations.leaves(at),
             unknowns=equations.free.free.size,
             solutions=equations.free.solutions,
         )
 
-    def _reached(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
+    def _loose(self, equations: Equations, at: Iterate, present: BoolArray) -> list[LoosePart]:
+        """Return the parts of blocks that are there (n,) that neither supports nor joints hold."""
+        of, joints, history = self.of, equations.joints, equations.history
+        cells = np.flatnonzero(present[of.mesh.block]).astype(np.int32)
+        here = np.zeros(of.basis.N, dtype=bool)
+        here[of.basis.element_dofs[:, cells]] = True
+        ties = of.ties[:, here[of.ties].all(axis=0)]
+        if isinstance(joints, MovingPoints) and history is not None:
+            ties = joints.unknown[history.present][:, [0, 2]].T
+        return loose_parts(equations.free.supports, of.basis, cells, ties, at.residual)
+
+    def _reached(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium, sought at once and, where that fails, in parts of the unbalanced force."""
         u = self.state.u
-        first = self._settled(equations)
-        if first[2]:
+        first = self._settled(equations, present)
+        if first[2] or self._loose(*first[:2], present):
             return first
         out_of_balance = equations.at(u, equations.free.none).residual
         self.state.u, now = u, equations
         for part in range(1, PARTS + 1):
             held_back = (1 - part / PARTS) * out_of_balance
-            now, at, converged = self._settled(replace(now, load=equations.load - held_back))
+            now, at, converged = self._settled(replace(now, load=equations.load - held_back), present)
             if not converged:
                 return first
             self.state.u = at.u
         return now, at, True
 
-    def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
+    def _settled(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium once no more points of joints fail or wear, and the equations with the kept part of it.
 
         Where failing takes force away the others take it over from where they are then, as blocks do from step to step.
@@ -225,6 +242,12 @@ class StageRun:
             joints = equations.joints
             if not converged:
                 break
+            if (further := slid_on(equations, at.u, present)) is not None:
+                self.state.u, equations = at.u, further
+                at = equations.at(at.u, equations.free.none)
+                if self._loose(equations, at, present):
+                    return equations, at, False
+                continue
             if history is None or start is None or joints is None or at.state is None:
                 equations = equations.after(at, None)
                 break
@@ -273,7 +296,7 @@ class StageRun:
         idle[of.basis.element_dofs[:, on]] = False
         if state.joints is not None and history is not None:
             first, second = state.joints.block.T
-            history = replace(history, present=present[first] & present[second])
+            history = replace(history, present=present[first] & present[second] & ~state.joints.over)
         stiffness, free, joints = self.rock.of(on), FreeUnknowns(held, idle), state.joints
         opening, slip = (None, None) if joints is None else (joints.opening_rows, joints.slip_rows)
         return Equations(

@@ -82,6 +82,8 @@ class StageEnd:
         The rock that yields.
     large : LargeBlocks or None
         The rock in large displacement.
+    joints : JointPoints or None
+        The joints, where they are.
     leaves : bool
         Whether the equilibrium is unstable.
     unknowns : int
@@ -112,6 +114,7 @@ class StageEnd:
     rock: RockStiffness
     plastic: PlasticRock | None
     large: LargeBlocks | None
+    joints: JointPoints | None
     leaves: bool
     unknowns: int
     solutions: int
@@ -141,7 +144,7 @@ def stage_solution(
     displacement = movement(of, end.u) - movement(of, end.origin)
     for fill in end.fills:
         displacement = np.where(fill.blocks[:, None], movement(of, end.u - fill.u), displacement)
-    may_slide = of.joints is not None and not of.joints.are_linear
+    may_slide = end.joints is not None and not end.joints.are_linear
     ran_away = may_slide and end.large is None and moved_far(of.model, displacement, end.present, RUNAWAY)
     total_load = end.load[nodal_unknowns(of.loaded[1])].sum(axis=0)
     return ContinuumSolution(
@@ -151,7 +154,7 @@ def stage_solution(
         present=end.present,
         stress=over_blocks(stress, area, block, np.maximum(np.bincount(block, area), np.finfo(float).tiny)),
         displacement=displacement * end.present[:, None],
-        contacts=contacts_of(of.joints, end),
+        contacts=contacts_of(end),
         bolts=_bolts(of, end),
         points=points,
         point_displacement=moved[node_dofs],
@@ -205,13 +208,13 @@ def _bolts(of: Continuum, end: StageEnd) -> BoltForces:
     return end.bolts.record(of.model, end.at.bolts)
 
 
-def contacts_of(joints: JointPoints | None, end: StageEnd, *, with_rock: bool = False) -> ContactForces:
+def contacts_of(end: StageEnd, *, with_rock: bool = False) -> ContactForces:
     """Return the forces at the points of joints between blocks that are there, as the blocks' own contacts are given.
 
     The first side, out of which the normal points, takes the place of the block with the edge. `with_rock` says whether
     interfaces of rock are contacts too, as unjointed rock.
     """
-    state = end.at.state
+    state, joints = end.at.state, end.joints
     if joints is None or state is None:
         return ContactForces.none()
     on = np.flatnonzero(end.present[joints.block].all(axis=1) & (joints.are_joints | with_rock))

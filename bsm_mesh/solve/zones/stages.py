@@ -20,6 +20,7 @@ from bsm_mesh.solve.zones import departures
 from bsm_mesh.solve.zones.apart import Apart
 from bsm_mesh.solve.zones.elasticity import BlockElasticity
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
+from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.fields import block_averages
 from bsm_mesh.solve.zones.interfaces import open_joints
 from bsm_mesh.solve.zones.joint_points import JointPoints
@@ -76,8 +77,12 @@ class Continuum:
         self.joints: JointPoints | None = None
         self.facets = np.zeros((0, 2), dtype=np.int32)
         self.ties = np.zeros((2, 0), dtype=np.int32)
+        self.chains: FaceChains | None = None
         if interfaces is not None and interfaces.joint.size:
-            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization)
+            if discretization.large:
+                self.chains = FaceChains.of(whole, self.mesh, discretization.order)
+                interfaces = self.chains.with_ends_covered(interfaces)
+            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization, self.chains)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
         self.apart = None if mesh is None else Apart.of(model, whole, interfaces, self.basis, discretization)

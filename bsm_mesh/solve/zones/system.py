@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +40,10 @@ class FreeUnknowns:
         self.none = np.zeros(self.rows.shape[0])
         self.solutions = 0  # how often `solve` was asked
         self._factors = _Factors()
+
+    def hold(self, given: FloatArray, values: FloatArray) -> None:
+        """Hold other displacements from now on: `given` (N,) and `values` (m,) [m] of `HeldDisplacements`."""
+        self.supports = replace(self.supports, given=given, values=values)
 
     def fulfilled(self, u: FloatArray) -> FloatArray:
         """Return displacements (N,) with the held ones as given; `rows` are met by `solve`."""

@@ -15,6 +15,7 @@ from bsm_mesh.solve.zones.fills import Fill
 from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints
+from bsm_mesh.solve.zones.moving_points import MovingPoints, Places
 
 
 @dataclass(eq=False, slots=True)
@@ -44,6 +45,8 @@ class ZonesState:
         """Take the state variables of a memory."""
         self.u, self.origin, self.history = memory.u, memory.origin, memory.history
         self.bolts = None if self.bolts is None or memory.bolts is None else self.bolts.recalled(memory.bolts)
+        if isinstance(self.joints, MovingPoints) and memory.places is not None:
+            self.joints = self.joints.facing(memory.places)
         self.pressures, self.relief = memory.pressures, memory.relief
         self.unreleased, self.fills = list(memory.unreleased), memory.fills
 
@@ -58,6 +61,8 @@ class ZonesMemory:
         Displacements, and those from which results count.
     history : JointHistory or None
         Of the joints.
+    places : Places or None
+        Of joints that slide in large displacement.
     bolts : BoltMemory or None
         Of the bolts.
     pressures : float64 [N/m]
@@ -75,6 +80,7 @@ class ZonesMemory:
     u: FloatArray
     origin: FloatArray
     history: JointHistory | None
+    places: Places | None
     bolts: BoltMemory | None
     pressures: FloatArray
     relief: FloatArray
@@ -89,6 +95,7 @@ class ZonesMemory:
             u=state.u,
             origin=state.origin,
             history=state.history,
+            places=state.joints.places if isinstance(state.joints, MovingPoints) else None,
             bolts=None if state.bolts is None else BoltMemory.of(state.bolts.bolts),
             pressures=state.pressures,
             relief=state.relief,

@@ -1,0 +1,155 @@
+"""Sides of zones along the faces of blocks, one after the other: what points of joints slide along.
+
+Where a side ends the next one goes on in the same direction: of the same block, or of one that lies beside it in one
+plane with it. At corners, and where nothing lies beside, a chain ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.solve.zones.interfaces import Interfaces
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
+
+STRAIGHT = 1e-3  # sine: sides that bend less at their common end are one face
+SAME = 1e-6  # of a side: a point so near to its end, or beyond it, has not left the side
+CORRECTIONS = 4  # of Newton's method for the place on a side that bends: its middle is off the chord by strains only
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class FaceChains:
+    """Pieces of the blocks' edges (`ContinuumMesh`), (p,) each.
+
+    Attributes
+    ----------
+    node : (p, 2 or 3) int32
+        Start and end in the direction of the outline, and with second-order zones the middle.
+    before, after : (p,) int32
+        The pieces that come before and go on behind; -1: none.
+    block : (p,) int32
+        Whose they are.
+    """
+
+    node: IntArray
+    before: IntArray
+    after: IntArray
+    block: IntArray
+
+    @classmethod
+    def of(cls, whole: ContinuumMesh, opened: ContinuumMesh, order: int) -> FaceChains:
+        """Return the chains of a mesh that is opened along its joints; `whole` is the same before."""
+        facet = opened.piece_facet
+        node = opened.piece_ends
+        if order == 2:
+            node = np.column_stack([node, opened.mesh.p.shape[1] + facet])
+        outside = np.flatnonzero(opened.mesh.f2t[1, facet] < 0)
+        after = _following(whole, outside)
+        before = np.full(len(facet), -1, dtype=np.int32)
+        there = np.flatnonzero(after >= 0)
+        before[after[there]] = there
+        block = opened.block[opened.mesh.f2t[0, facet]]
+        return cls(node=node.astype(np.int32), before=before, after=after, block=block)
+
+    def shapes(self, share: FloatArray) -> FloatArray:
+        """Return the shape functions of a side's nodes at parts of it from its start, (q, 2 or 3)."""
+        if self.node.shape[1] == 2:
+            return np.stack([1 - share, share], axis=1)
+        return np.stack([(1 - share) * (1 - 2 * share), share * (2 * share - 1), 4 * share * (1 - share)], axis=1)
+
+    def facing(self, point: FloatArray, piece: IntArray, place: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the pieces that points (q, 2) [m] face along the chains, and at which part of them, (q,) each.
+
+        Parameters
+        ----------
+        point : (q, 2) float64 [m]
+            Where points are.
+        piece : (q,) int32
+            From which pieces they start.
+        place : (k, 2) float64 [m]
+            Where nodes are.
+        """
+        share = self._projected(point, piece, place)
+        for way, sign in ((self.after, 1.0), (self.before, -1.0)):
+            while True:
+                beyond = sign * (share - 0.5) > 0.5 + SAME
+                on = np.flatnonzero(beyond & (way[piece] >= 0))
+                if not on.size:
+                    break
+                piece = piece.copy()
+                piece[on] = way[piece[on]]
+                share[on] = self._projected(point[on], piece[on], place)
+        return piece, share
+
+    def free_ends(self, interfaces: Interfaces) -> tuple[BoolArray, BoolArray]:
+        """Return at which of the starts and ends of pieces a face goes on without an interface, (p,) each."""
+        alone = np.ones(len(self.block) + 1, dtype=bool)
+        alone[interfaces.pieces] = False
+        alone[-1] = False  # -1: nothing goes on
+        return alone[self.before], alone[self.after]
+
+    def with_ends_covered(self, interfaces: Interfaces) -> Interfaces:
+        """Return the interfaces with that side second whose faces do not go on beyond them, where there is one."""
+        face = self._faces()[interfaces.pieces]
+        free = np.logical_or(*self.free_ends(interfaces))[interfaces.pieces].astype(int)
+        _, pair = np.unique(np.sort(face, axis=1), axis=0, return_inverse=True)
+        pair = pair.reshape(-1)
+        low = face[:, 0] <= face[:, 1]
+        sided = np.where(low[:, None], free, free[:, ::-1])
+        fewer = np.bincount(pair, sided[:, 0] - sided[:, 1])[pair]  # negative: the lower face is covered whole
+        swapped = np.where(low, fewer < 0, fewer > 0)
+
+        def turned(sides: IntArray) -> IntArray:
+            found: IntArray = np.where(swapped[:, None], sides[:, ::-1], sides)
+            return found
+
+        return replace(
+            interfaces,
+            pieces=turned(interfaces.pieces),
+            vertex=turned(interfaces.vertex),
+            facet=turned(interfaces.facet),
+        )
+
+    def _faces(self) -> IntArray:
+        """Return the number of the chain of every piece, (p,)."""
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+
+        there = np.flatnonzero(self.after >= 0)
+        size = len(self.after)
+        graph = coo_matrix((np.ones(len(there), np.int8), (there, self.after[there])), shape=(size, size))
+        number: IntArray = connected_components(graph, directed=False)[1]
+        return number
+
+    def _projected(self, point: FloatArray, piece: IntArray, place: FloatArray) -> FloatArray:
+        """Return at which part of its piece every point is, along the chord; outside 0 to 1 beyond the ends."""
+        corner = place[self.node[piece]]
+        chord = corner[:, 1] - corner[:, 0]
+        square = (chord**2).sum(axis=1)
+        share: FloatArray = ((point - corner[:, 0]) * chord).sum(axis=1) / square
+        if corner.shape[1] == 3:
+            for _ in range(CORRECTIONS):
+                there = np.einsum("qn,qni->qi", self.shapes(share), corner)
+                share = share + ((point - there) * chord).sum(axis=1) / square
+        return share
+
+
+def _following(mesh: ContinuumMesh, pieces: IntArray) -> IntArray:
+    """Return for every piece the one of `pieces` that starts at its end in the same direction, (p,); -1: none."""
+    ends, place = mesh.piece_ends, mesh.mesh.p.T
+    along = place[ends[:, 1]] - place[ends[:, 0]]
+    along = along / np.hypot(*along.T)[:, None]
+    order = pieces[np.argsort(ends[pieces, 0], kind="stable")]
+    start = ends[order, 0]
+    first, last = (np.searchsorted(start, ends[pieces, 1], side=side) for side in ("left", "right"))
+    count = last - first
+    one = np.repeat(pieces, count)
+    within = np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
+    other = order[np.repeat(first, count) + within]
+    bend = along[one, 0] * along[other, 1] - along[one, 1] * along[other, 0]
+    straight = (np.abs(bend) < STRAIGHT) & ((along[one] * along[other]).sum(axis=1) > 0)
+    after = np.full(len(ends), -1, dtype=np.int32)
+    after[one[straight]] = other[straight]
+    return after

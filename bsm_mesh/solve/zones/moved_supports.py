@@ -1,0 +1,73 @@
+"""Supports that move blocks in large displacement: they do so by steps, along which joints slide on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.solve.zones.equilibrium import OPEN_STIFFNESS, Equations
+from bsm_mesh.solve.zones.moving_points import MovingPoints
+
+
+def steps(equations: Equations, u: FloatArray) -> Iterator[None]:
+    """Let the supports hold, one after the other, parts of what they move further than displacements u (N,).
+
+    First they stay where they are, so that loads press joints before these slide. No step moves them by more than the
+    side of a zone on a joint, the median.
+    """
+    free, joints = equations.free, equations.joints
+    last = free.supports
+    if not isinstance(joints, MovingPoints):
+        yield
+        return
+    turned = u if free.turn is None else free.turn.T @ u
+    first = np.where(last.held, turned, 0.0), last.rows @ u
+    way = last.given - first[0], last.values - first[1]
+    side = float(np.median(joints.pieces))
+    count = int(np.ceil(max(float(np.abs(part).max(initial=0.0)) for part in way) / side))
+    for step in range(count):
+        free.hold(*(start + step / count * part for start, part in zip(first, way, strict=True)))
+        yield
+    free.hold(last.given, last.values)
+    yield
+
+
+def carried(equations: Equations, u: FloatArray) -> FloatArray:
+    """Return displacements u (N,) after supports have moved on, with the blocks that they take along.
+
+    By the tangent of where blocks are: the nodes that are held alone would strain the zones beside them.
+    """
+    free, large = equations.free, equations.large
+    jump = free.fulfilled(u) - u
+    if large is None or equations.joints is None or equations.history is None or not jump.any():
+        return u
+    now = equations.at(u, free.none)
+    assert now.state is not None
+    points = equations.joints.stiffness(now.state, equations.history, OPEN_STIFFNESS)
+    K = large.matrix(u, equations.joints, now.state, points)
+    correction, _ = free.solve(free.reduced_matrix(K), now.residual - K @ jump, u)
+    return large.moved(u, correction + jump)
+
+
+def slid_on(equations: Equations, u: FloatArray, present: BoolArray) -> Equations | None:
+    """Return the equations with joints at the places that they face at displacements u (N,); None: none slid far.
+
+    Points over the end of a face have come apart for good. `present` (n,) says which blocks are there.
+    """
+    joints, history = equations.joints, equations.history
+    moved = joints.slid_on(u) if isinstance(joints, MovingPoints) else None
+    if moved is None or history is None:
+        return None
+    over = moved.places.over
+    breaks = over & np.isfinite(moved.tension)
+    history = replace(
+        history,
+        present=present[moved.block].all(axis=1) & ~over,
+        failed=history.failed | breaks,
+        parted=history.parted | breaks,
+        shear=np.where(over, 0.0, history.shear),
+    )
+    return replace(equations, joints=moved, history=history)
