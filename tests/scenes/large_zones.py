@@ -10,9 +10,10 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 import bsm_mesh as bsm
-from tests.scenes.shapes import rectangle
+from tests.scenes.shapes import rectangle, turned
 
 LONG, E = 20.0, 1e9  # m, Pa: a strip 1 m high
+FRICTION = 30.0  # degrees, under a block that is pushed
 
 
 def strip(pieces, *, size, order, upright=False):
@@ -62,3 +63,62 @@ def pressed(part, *, pieces=1):
     critical = euler / (1 + 1.2 * euler / (E / 2))
     load = bsm.Pressure(boundary="loaded", pressure=part * critical)
     return bsm.run(bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(boundary="held")], loads=[load]))
+
+
+def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=0.5, number=None):
+    """Return a block, 1 m high, on a base with zones of .5 m, whose left side is pushed along it.
+
+    Parameters
+    ----------
+    by : float [m]
+        How far.
+    order : int
+        Of zones.
+    degrees : float
+        By which everything is turned.
+    base : tuple of float [m]
+        From where to where the blocks of the base reach.
+    block : tuple of float [m]
+        The same of the block that is pushed.
+    size : float [m]
+        Of its zones.
+    number : int, optional
+        Of the block that is pushed; None: the last.
+    """
+    polygons = [np.array([(a, -1.1), (b, -0.9), (b, 0), (a, 0)]) for a, b in pairwise(base)]
+    number = len(polygons) if number is None else number
+    # Not quite rectangles: rounding would decide which of two equal sides of a zone is halved.
+    polygons.insert(number, np.array([(block[0], 0), (block[1], 0), (block[1], 1.1), (block[0], 0.9)]))
+    rock = ["base"] * len(polygons)
+    rock[number] = "block"
+
+    def low(x, y):
+        return turned(np.stack([x, y], axis=1), -degrees)[:, 1] < -0.5
+
+    def behind(x, y):
+        x, y = turned(np.stack([x, y], axis=1), -degrees).T
+        return (np.abs(x - block[0]) < 1e-9) & (y > -1e-9)
+
+    blocks = bsm.Blocks.from_polygons([turned(each, degrees) for each in polygons], rock=rock)
+    blocks = blocks.with_boundary("low", low).with_boundary("behind", behind)
+    rocks = [
+        bsm.Rock(name, 25e3, young=2e9, poisson=0.25, zones=bsm.Zones(size=zone, order=order, displacement="large"))
+        for name, zone in (("base", 0.5), ("block", size))
+    ]
+    push = bsm.PrescribedDisplacement(boundary="behind", direction=degrees, displacement=by)
+    return bsm.Model(
+        blocks=blocks,
+        rocks=rocks,
+        joints=[bsm.Joint("J", 1e9, 5e8, law=bsm.MohrCoulomb(friction=FRICTION))],
+        default_joint="J",
+        supports=[bsm.Fixed(boundary="low"), push],
+        gravity_direction=degrees - 90.0,
+    )
+
+
+def forces_below(results, degrees=0.0):
+    """Return the forces on the block that is pushed at the points below it, (q, 2) [N/m], along the base and across."""
+    contacts, blocks = results.stages[0].contacts, results.blocks
+    number = np.flatnonzero(blocks.rock == blocks.rock_names.index("block"))[0]
+    sign = 1.0 * (contacts.block_b == number) - (contacts.block_a == number)
+    return turned(sign[:, None] * contacts.force, -degrees)[sign != 0]

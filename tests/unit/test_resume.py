@@ -24,6 +24,7 @@ from bsm_mesh.solve.step.factorization import Factors
 from tests.file_operations import count_operations, full_disk, killed_at, names
 from tests.scenes.interrupted import copies_of, fails, interrupted, stop, whole_run
 from tests.scenes.large import tilted_courses
+from tests.scenes.large_zones import pushed
 from tests.scenes.model_folders import content, put_model
 from tests.scenes.models import model_of
 from tests.scenes.quiet import on_quiet_base
@@ -210,19 +211,32 @@ def test_stages_of_blocks_with_zones(tmp_path: Path, left: list[Path], case: str
     stages = [part, bsm.Stage(name="weak", strength={"J1": 0.9, "rock:gneiss": 0.9}), away, replace(back, loads=())]
     bolts = [BOLT, replace(BOLT, start=(0.2, 1.9), end=(0.8, 0.1), stage="part")]
     built = wall(rocks=[soft, RIGID], **{**CASES[case], "stages": stages, "bolts": bolts})
+    _resumed_after_every_stage(tmp_path, left, built)
+
+
+@pytest.mark.usefixtures("at_every_step")
+def test_stages_of_zones_that_slid(tmp_path: Path, left: list[Path]) -> None:
+    """Places on other zones are in the checkpoint: the second stage presses on them."""
+    press = bsm.PointLoad(block=1, point=(1.8, 0.5), force=(0, -1e4))
+    built = pushed(0.3).replace(stages=[bsm.Stage(name="press", loads=[press])])
+    _resumed_after_every_stage(tmp_path, left, built)
+
+
+def _resumed_after_every_stage(tmp_path: Path, left: list[Path], built: bsm.Model) -> None:
     model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
     model.parent.mkdir()
     for name, write in files_of_model(built, bsm.Options()).items():
         write(model.parent / name)
     whole = bsm.run(model, output=out)
-    assert (whole.status, len(whole.stages)) == ("stable", 5)
+    count = len(built.stages) + 1
+    assert (whole.status, len(whole.stages)) == ("stable", count)
     wanted, copies = content(out), list(left)
-    assert len(copies) >= 5
+    assert len(copies) >= count
     for number, copy in enumerate(copies):
         interrupted(model.parent, copy)
         seen: list[bsm.results.StepRecord] = []
         bsm.run(model, output=out, resume=True, observer=seen.append)
-        assert [step.stage for step in seen] == list(range(number + 1, 5))
+        assert [step.stage for step in seen] == list(range(number + 1, count))
         assert content(out) == wanted
 
 

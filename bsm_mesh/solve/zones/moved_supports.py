@@ -11,28 +11,30 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.zones.equilibrium import OPEN_STIFFNESS, Equations
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 
+STILL = 1e-6  # of the side of a zone: supports that move less stay where they are
 
-def steps(equations: Equations, u: FloatArray) -> Iterator[None]:
+
+def steps(equations: Equations, u: FloatArray) -> Iterator[bool]:
     """Let the supports hold, one after the other, parts of what they move further than displacements u (N,).
 
-    First they stay where they are, so that loads press joints before these slide. No step moves them by more than the
-    side of a zone on a joint, the median.
+    Each tells whether they moved. First they stay where they are, so that loads press joints before these slide. No
+    step moves them by more than the side of a zone on a joint, the median.
     """
     free, joints = equations.free, equations.joints
     last = free.supports
     if not isinstance(joints, MovingPoints):
-        yield
+        yield False
         return
     turned = u if free.turn is None else free.turn.T @ u
     first = np.where(last.held, turned, 0.0), last.rows @ u
     way = last.given - first[0], last.values - first[1]
     side = float(np.median(joints.pieces))
-    count = int(np.ceil(max(float(np.abs(part).max(initial=0.0)) for part in way) / side))
+    count = int(np.ceil(max(float(np.abs(part).max(initial=0.0)) for part in way) / side - STILL))
     for step in range(count):
         free.hold(*(start + step / count * part for start, part in zip(first, way, strict=True)))
-        yield
+        yield step > 0
     free.hold(last.given, last.values)
-    yield
+    yield count > 0
 
 
 def carried(equations: Equations, u: FloatArray) -> FloatArray:
@@ -42,9 +44,10 @@ def carried(equations: Equations, u: FloatArray) -> FloatArray:
     """
     free, large = equations.free, equations.large
     jump = free.fulfilled(u) - u
-    if large is None or equations.joints is None or equations.history is None or not jump.any():
-        return u
     now = equations.at(u, free.none)
+    assert large is not None
+    assert equations.joints is not None
+    assert equations.history is not None
     assert now.state is not None
     points = equations.joints.stiffness(now.state, equations.history, OPEN_STIFFNESS)
     K = large.matrix(u, equations.joints, now.state, points)

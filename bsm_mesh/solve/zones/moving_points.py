@@ -162,7 +162,7 @@ class MovingPoints(JointPoints):
         return np.bincount(self.unknown.ravel(), nodal.ravel(), minlength=len(u)).astype(np.float64)
 
     def entries(self, u: FloatArray, state: JointState, of: PointStiffness) -> FloatArray:
-        """Return the derivatives (q, 2 m, 2 m) of the forces of every point by its unknowns, with the turning of frames."""
+        """Return the derivatives (q, 2 m, 2 m) of every point's forces by its unknowns, with the turning of frames."""
         opens, slips = self._gradients(u)
         by_opening = of.normal[:, None] * opens + of.dilating[:, None] * slips
         by_slip = of.shear[:, None] * slips + of.cross[:, None] * opens
@@ -249,9 +249,7 @@ class MovingPoints(JointPoints):
         )
 
 
-def _side(
-    chains: FaceChains, node: IntArray, nodes: IntArray, as_given: FloatArray, places: Places
-) -> dict[str, Any]:
+def _side(chains: FaceChains, node: IntArray, nodes: IntArray, as_given: FloatArray, places: Places) -> dict[str, Any]:
     """Return `unknown`, `parts` and `given` of `MovingPoints` at some places."""
     every = np.column_stack([node, chains.node[places.piece]])
     parts = np.zeros((len(every), 2, every.shape[1]))

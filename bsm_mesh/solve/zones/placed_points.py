@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.dilation import Dilating
 from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.model.model import Model

@@ -151,8 +151,8 @@ class StageRun:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
             start = state.u
-            for _ in steps(equations, start):
-                self.state.u = carried(equations, self.state.u)
+            for moved in steps(equations, start):
+                self.state.u = carried(equations, self.state.u) if moved else self.state.u
                 equations, at, converged = self._reached(equations, present)
                 if not converged:
                     break

@@ -1,0 +1,88 @@
+"""Blocks with zones that slide over the sides of other zones: statics, no jump of a force, and ends of faces."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from tests.scenes.large_zones import FRICTION, forces_below, pushed
+from tests.unit.test_large_zones import BENDS
+from tests.unit.test_zones import JOINT, RIGID, wall
+
+WEIGHT = 25e3  # N/m, of the block that is pushed
+SLIDES = np.array([-np.tan(np.radians(FRICTION)), 1.0]) * WEIGHT
+FAR = [0.5, *(pytest.param(each, marks=pytest.mark.heavy) for each in (1.0, 1.5))]
+
+
+def forces(by, degrees=0.0, **given):
+    """Return the forces below the block that is pushed, and how it moved, as in the frame of the base."""
+    results = bsm.run(pushed(by, degrees=degrees, **given))
+    assert results.status == "stable", results.stages[0].reason
+    assert results.check().ok
+    return forces_below(results, degrees)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("at", [5e-4, *FAR])
+def test_no_force_jumps_where_points_get_other_places_or_pass_nodes(at, order):
+    """Points get other places beyond a thousandth of a zone's side, and pass nodes at every half metre."""
+    before, after = (forces(at + small, order=order) for small in (-1e-4, 1e-4))
+    assert_allclose(before.sum(axis=0), SLIDES, rtol=1e-4)
+    assert_allclose(after, before, atol=1e-3 * WEIGHT / len(before))
+
+
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.heavy)])
+def test_zones_that_do_not_match_carry_the_weight(order):
+    """Zones of .3 m come to lie over others of .5 m; the base may be numbered first or last."""
+    first, last = (forces(0.63, order=order, size=0.3, number=number) for number in (0, 1))
+    assert_allclose(first.sum(axis=0), SLIDES, rtol=1e-4)
+    assert_allclose(first, last, atol=1e-7 * WEIGHT)
+
+
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.heavy)])
+def test_a_model_that_is_turned_slides_alike(order):
+    given = forces(0.63, order=order)
+    assert_allclose(forces(0.63, 37.0, order=order), given, atol=1e-9 * WEIGHT)
+
+
+def test_a_block_slides_on_over_the_neighbour():
+    """Whose face lies in one plane with that of the first, across a joint between the two."""
+    there = forces(0.8, base=(0.0, 2.3, 4.0))
+    assert_allclose(there.sum(axis=0), SLIDES, rtol=1e-4)
+    assert (there[:, 1] > 0).all()
+
+
+def test_a_block_that_slid_off_is_unstable():
+    """Points over the end of a face carry nothing; the others do until none is left."""
+    given = {"base": (0.0, 2.0)}
+    part = forces(0.7, **given)
+    assert_allclose(part.sum(axis=0), SLIDES, rtol=1e-3)
+    assert sorted(part[:, 1] > 0) == [False, False, False, True]  # the point at the rear
+    results = bsm.run(pushed(1.2, **given))
+    assert results.status == "unstable"
+    assert list(results.stages[0].unstable_blocks) == [1]
+    assert np.abs(results.stages[0].displacement).max() < 1.3
+
+
+def test_a_face_that_touched_nothing_is_not_slid_upon():
+    """A block that overhangs is pushed inwards: the overhang had no contact."""
+    results = bsm.run(pushed(0.3, block=(-0.5, 0.5)))
+    assert results.status == "not_converged"
+    assert "touched nothing before" in results.stages[0].reason
+
+
+def test_courses_in_bond_slide_over_the_joints_below():
+    """Shear springs so soft that both blocks of a course slide by .08 m: the springs hold what gravity pulls."""
+    soft = dataclasses.replace(JOINT, shear_stiffness=1e5)
+    given = {"joints": [soft], "supports": [bsm.Fixed(boundary="bottom")], "loads": [], "gravity_horizontal": 0.3}
+    results = bsm.run(wall(rocks=[BENDS, RIGID], **given))
+    assert results.status == "stable", results.stages[0].reason
+    assert results.check().ok
+    stage = results.stages[0]
+    assert (stage.displacement[2:, 0] > 0.08).all()
+    level = np.abs(stage.contacts.normal[:, 1]) > 0.9
+    assert_allclose(np.abs(stage.contacts.shear_force[level]).sum(), 0.3 * 26e3 * 3, rtol=1e-3)
