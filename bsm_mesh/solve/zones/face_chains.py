@@ -1,7 +1,7 @@
-"""Sides of zones along the faces of blocks, one after the other: what points of joints slide along.
+"""Chains of sides of zones along the faces of blocks: points of joints slide along them.
 
-Where a side ends the next one goes on in the same direction: of the same block, or of one that lies beside it in one
-plane with it. At corners, and where nothing lies beside, a chain ends.
+A chain continues over the sides of one block, and over those of a neighbour whose face is in one plane with the first.
+It ends at corners, and where there is no such neighbour.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class FaceChains:
     node : (p, 2 or 3) int32
         Start and end in the direction of the outline, and with second-order zones the middle.
     before, after : (p,) int32
-        The pieces that come before and go on behind; -1: none.
+        The pieces before and after it along the chain; -1: none.
     block : (p,) int32
         Whose they are.
     """
@@ -84,14 +84,14 @@ class FaceChains:
         return piece, share
 
     def free_ends(self, interfaces: Interfaces) -> tuple[BoolArray, BoolArray]:
-        """Return at which of the starts and ends of pieces a face goes on without an interface, (p,) each."""
+        """Return at which starts and ends of pieces a face continues without an interface, (p,) each."""
         alone = np.ones(len(self.block) + 1, dtype=bool)
         alone[interfaces.pieces] = False
-        alone[-1] = False  # -1: nothing goes on
+        alone[-1] = False  # -1: no piece
         return alone[self.before], alone[self.after]
 
     def with_ends_covered(self, interfaces: Interfaces) -> Interfaces:
-        """Return the interfaces with that side second whose faces do not go on beyond them, where there is one."""
+        """Return the interfaces; the second side is the one whose faces do not continue beyond them, if any."""
         face = self._faces()[interfaces.pieces]
         free = np.logical_or(*self.free_ends(interfaces))[interfaces.pieces].astype(int)
         _, pair = np.unique(np.sort(face, axis=1), axis=0, return_inverse=True)

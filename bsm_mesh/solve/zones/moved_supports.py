@@ -15,10 +15,10 @@ STILL = 1e-6  # of the side of a zone: supports that move less stay where they a
 
 
 def steps(equations: Equations, u: FloatArray) -> Iterator[bool]:
-    """Let the supports hold, one after the other, parts of what they move further than displacements u (N,).
+    """Let the supports hold one part after the other of their movement beyond displacements u (N,).
 
-    Each tells whether they moved. First they stay where they are, so that loads press joints before these slide. No
-    step moves them by more than the side of a zone on a joint, the median.
+    Yields whether they moved. First they stay, so that loads press joints before these slide. No step moves them by
+    more than the side of a zone on a joint, the median.
     """
     free, joints = equations.free, equations.joints
     last = free.supports
@@ -38,9 +38,9 @@ def steps(equations: Equations, u: FloatArray) -> Iterator[bool]:
 
 
 def carried(equations: Equations, u: FloatArray) -> FloatArray:
-    """Return displacements u (N,) after supports have moved on, with the blocks that they take along.
+    """Return displacements u (N,) after supports moved, with the blocks that they take along.
 
-    By the tangent of where blocks are: the nodes that are held alone would strain the zones beside them.
+    By the present tangent: if the held nodes alone moved, they would strain their zones.
     """
     free, large = equations.free, equations.large
     jump = free.fulfilled(u) - u

@@ -5,10 +5,10 @@ With r = x_s - x_m and e = x_b - x_a opening and slip are ``r . n`` and ``r . t`
 its normal out of the first side. Both are the same in all frames that turn, and the forces balance in force and moment:
 they act at the node s.
 
-The place m is one of the material: the shape functions of the side's nodes there, which stay as they are until
-equilibrium. A point that slid too far from it gets the place that it faces then, which may be on another side of a zone
-(`face_chains`). Slip goes on from what it was; forces do not jump, for both sides have the node between them. A point
-that slid over the end of a face carries nothing.
+The place m is one of the material: the shape functions of the side's nodes there are constant until equilibrium. A
+point that slid too far from it gets the place that it faces then, perhaps on another side of a zone (`face_chains`).
+Its slip continues from its value. Forces do not jump, because two sides share the node between them. A point that slid
+over the end of a face carries nothing.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class MovingPoints(JointPoints):
     places : Places
         Where they are there.
     outer : (q,) int8
-        Of points beside a part of their face that has none, in which direction of the chain it lies: 1 or -1; else 0.
+        Of points next to a part of their face without points: its direction along the chain, 1 or -1; else 0.
     unknown : (q, 2 m) int32
         Unknowns x, y of the node s and of those of the side.
     parts : (q, 2, m) float64
@@ -121,16 +121,17 @@ class MovingPoints(JointPoints):
         far = np.flatnonzero(np.abs(slip - places.slid) > SLID * self.pieces)
         if not far.size:
             return None
-        piece, share, slid, over = (values.copy() for values in (places.piece, places.share, places.slid, places.over))
+        piece, share, over = places.piece.copy(), places.share.copy(), places.over.copy()
         where = self.as_given + u[self.nodes]
         piece[far], share[far] = self.chains.facing(where[self.node[far]], piece[far], where)
         over[far] = np.abs(share[far] - 0.5) > 0.5 + OVER
         share[over] = share[over].clip(0.0, 1.0)
         if (piece == places.piece).all() and (share == places.share).all() and (over == places.over).all():
             return None  # those that slid far are over the end of a face still
-        there = self.facing(Places(piece=piece, share=share, slid=slid, over=over))
-        slid[far] = (slip - there.relative(u)[1] + slid)[far]
-        return there
+        there = self.facing(Places(piece=piece, share=share, slid=np.zeros_like(slip), over=over))
+        slid = places.slid.copy()
+        slid[far] = (slip - there.relative(u)[1])[far]
+        return replace(there, places=replace(there.places, slid=slid))
 
     @property
     def over(self) -> BoolArray:
@@ -139,7 +140,7 @@ class MovingPoints(JointPoints):
 
     @property
     def uncovered(self) -> BoolArray:
-        """Beside which points a part of their face that has none lies on the first side, (q,)."""
+        """Which points have next to them a part of their face without points that slid onto the first side, (q,)."""
         piece, share = self.places.piece, self.places.share
         back = (share > OVER) | (self.chains.before[piece] >= 0)
         forth = (share < 1 - OVER) | (self.chains.after[piece] >= 0)
