@@ -107,7 +107,7 @@ class Apart:
             is_open = np.isin(one, interfaces.pieces)
             between = interfaces_between(mesh, interfaces.pieces, interfaces.joint)
             chains = FaceChains.of(whole, mesh, elements.order) if elements.large else None
-            joints = joint_points(model, mesh, between, own, elements, chains)
+            joints = joint_points(model, mesh, between, own, elements.order, chains)
         bolts = EmbeddedBolts.of(model, mesh, own, straight=True) if model.bolts else None
         return cls(
             model=model,

@@ -16,7 +16,6 @@ from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
 STRAIGHT = 1e-3  # sine: sides that bend less at their common end are one face
 SAME = 1e-6  # of a side: a point so near to its end, or beyond it, has not left the side
-CORRECTIONS = 4  # of Newton's method for the place on a side that bends: its middle is off the chord by strains only
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -130,9 +129,11 @@ class FaceChains:
         square = (chord**2).sum(axis=1)
         share: FloatArray = ((point - corner[:, 0]) * chord).sum(axis=1) / square
         if corner.shape[1] == 3:
-            for _ in range(CORRECTIONS):
+            further = np.full(1, np.inf)
+            while np.abs(further).max(initial=0.0) > SAME:  # by the chord: a side bends by strains only
                 there = np.einsum("qn,qni->qi", self.shapes(share), corner)
-                share = share + ((point - there) * chord).sum(axis=1) / square
+                further = ((point - there) * chord).sum(axis=1) / square
+                share = share + further
         return share
 
 

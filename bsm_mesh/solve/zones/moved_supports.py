@@ -9,9 +9,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.zones.equilibrium import OPEN_STIFFNESS, Equations
+from bsm_mesh.solve.zones.face_chains import SAME
 from bsm_mesh.solve.zones.moving_points import MovingPoints
-
-STILL = 1e-6  # of the side of a zone: supports that move less stay where they are
 
 
 def steps(equations: Equations, u: FloatArray) -> Iterator[bool]:
@@ -29,7 +28,7 @@ def steps(equations: Equations, u: FloatArray) -> Iterator[bool]:
     first = np.where(last.held, turned, 0.0), last.rows @ u
     way = last.given - first[0], last.values - first[1]
     side = float(np.median(joints.pieces))
-    count = int(np.ceil(max(float(np.abs(part).max(initial=0.0)) for part in way) / side - STILL))
+    count = int(np.ceil(max(float(np.abs(part).max(initial=0.0)) for part in way) / side - SAME))
     for step in range(count):
         free.hold(*(start + step / count * part for start, part in zip(first, way, strict=True)))
         yield step > 0

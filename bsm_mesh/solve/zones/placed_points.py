@@ -20,7 +20,7 @@ from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.interfaces import Interfaces
 from bsm_mesh.solve.zones.joint_points import JointPoints
-from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization
+from bsm_mesh.solve.zones.mesh import ContinuumMesh
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.rock_faces import (
     interface_closures,
@@ -41,12 +41,7 @@ TIED = 1e4  # of the softer rock's stiffness over the length of a point: represe
 
 
 def joint_points(
-    model: Model,
-    mesh: ContinuumMesh,
-    interfaces: Interfaces,
-    basis: Any,
-    elements: Discretization,
-    chains: FaceChains | None,
+    model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int, chains: FaceChains | None
 ) -> JointPoints:
     """Return the points of all interfaces of a mesh that is opened along its joints.
 
@@ -60,14 +55,14 @@ def joint_points(
         Of that mesh.
     basis : skfem.CellBasis
         Of the vector-valued element.
-    elements : Discretization
-        Order of the elements.
+    order : int
+        Of the elements.
     chains : FaceChains or None
         Faces of that mesh that the points slide along; None: displacements are small.
     """
     import skfem
 
-    rule = SIMPSON if elements.order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
+    rule = SIMPSON if order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
     first, second = (
         skfem.FacetBasis(mesh.mesh, basis.elem, facets=interfaces.facet[:, side], quadrature=rule) for side in (0, 1)
     )

@@ -151,12 +151,7 @@ class StageRun:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
             start = state.u
-            for moved in steps(equations, start):
-                self.state.u = carried(equations, self.state.u) if moved else self.state.u
-                equations, at, converged = self._reached(equations, present)
-                if not converged:
-                    break
-                self.state.u = at.u
+            equations, at, converged = self._moved(equations, at, present)
             if not converged:
                 loose = self._loose(equations, at, present)
                 collapse = plastic_collapse(equations, at, start)
@@ -210,6 +205,17 @@ class StageRun:
         if isinstance(joints, MovingPoints) and history is not None:
             ties = joints.unknown[history.present][:, [0, 2]].T
         return loose_parts(equations.free.supports, of.basis, cells, ties, at.residual)
+
+    def _moved(self, equations: Equations, at: Iterate, present: BoolArray) -> tuple[Equations, Iterate, bool]:
+        """Return equilibrium after the steps in which supports move; parameters as at the start."""
+        state, converged = self.state, False
+        for moved in steps(equations, state.u):
+            state.u = carried(equations, state.u) if moved else state.u
+            equations, at, converged = self._reached(equations, present)
+            if not converged:
+                break
+            state.u = at.u
+        return equations, at, converged
 
     def _reached(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium, sought at once and, where that fails, in parts of the unbalanced force."""

@@ -82,7 +82,7 @@ class Continuum:
             if discretization.large:
                 self.chains = FaceChains.of(whole, self.mesh, discretization.order)
                 interfaces = self.chains.with_ends_covered(interfaces)
-            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization, self.chains)
+            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order, self.chains)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
         self.apart = None if mesh is None else Apart.of(model, whole, interfaces, self.basis, discretization)
