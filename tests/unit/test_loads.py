@@ -27,7 +27,7 @@ def resultant(forces, about=(0.0, 0.0)):
             lambda: bsm.PointLoad(block=0, point=(0, np.nan), force=(1, 1)),
             "point load on block 0: point y = nan is not",
         ),
-        (lambda: bsm.PointLoad(block=0, point=(0, 0), force=3), "force = 3 must be two numbers (x, y) [N/m]"),
+        (lambda: bsm.PointLoad(block=0, point=(0, 0), force=3), "force = 3 must be two numbers (x, y), or in"),
         (lambda: bsm.PointLoad(block=0.5, point=(0, 0), force=(1, 1)), "block = 0.5 must be a whole number, 0 to"),
         (lambda: bsm.Pressure(boundary="t", pressure=(1, 2)), "load on 't': pressure: give one number, or three"),
         (lambda: bsm.Pressure(boundary="t", pressure=None), "load on 't': pressure: value = None is not a finite"),

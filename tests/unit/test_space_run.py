@@ -234,7 +234,7 @@ def test_what_is_for_the_plane_is_refused(case: Case) -> None:
         (
             "[solver]",
             "[[load]]\nblock = 0\npoint = [1, 1, 9]\nforce = [1, 0, 0]\n[solver]",
-            "the point (1, 1, 9) m does not lie in block 0; move it there",
+            "load 1 (PointLoad): the point (1, 1, 9) is not in block 0, whose centroid is (1.1283, 1, 1.71296)",
         ),
         ("threads = 1", 'scheme = "linear"', "scheme = 'linear' is for the plane"),
         ('[[support]]\nboundary = "bottom"\nfix = "all"', "", "no support holds it"),
