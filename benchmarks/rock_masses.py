@@ -134,7 +134,9 @@ def table(records: Sequence[dict[str, Any]]) -> str:
     ]
     header = ("seed", "kind", "friction", "factors by block theory", "alone", "turn alone [rad]")
     first = markdown(("kind", "limit analysis", "verdict", "models"), rows)
-    return "\n\n".join([first, f"{'; '.join(lines)}. The others:", markdown(header, of_others)])
+    fall = sum(row[4] == "unstable" for row in of_others)
+    last = f"With all their neighbours fixed, {fall} of these {len(others)} move still, and {len(others) - fall} rest."
+    return "\n\n".join([first, f"{'; '.join(lines)}. The others:", markdown(header, of_others), last])
 
 
 def main() -> None:
