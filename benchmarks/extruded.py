@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 import bsm_mesh as bsm
+from benchmarks.continuum import all_models
 from benchmarks.pages import add_into, tell
 from benchmarks.slices import NoSliceError, Slice, extruded
 from bsm_mesh.model.kinds import in_space
@@ -32,11 +33,9 @@ from tests.scenes.openings import opening
 from tests.scenes.two_stages import staged
 
 MAKER = "python -m benchmarks.extruded"
-ROOT = Path(__file__).parents[1]
 SMALL = 1e-6  # of the displacement: less is rounding
 BESIDE = (0.95, 1.05)  # of a known factor: at rest, in motion
 MOST = 800  # blocks of a model that is run
-IN_SPACE = ("dam_abutment",)  # examples of polyhedra
 HEADER = ("model", "blocks", "stages", "plane", "slice", "between walls", "displacement off by")
 
 
@@ -48,8 +47,8 @@ def _verdicts(stages: Sequence[str]) -> str:
 def models() -> dict[str, Callable[[], bsm.Model]]:
     """Return the models by their names, none of them built yet."""
     found: dict[str, Callable[[], bsm.Model]] = {}
-    for path in sorted((ROOT / "examples").glob("*/*.toml")):
-        if path.stem != "study" and path.parent.name not in IN_SPACE:
+    for path in all_models():
+        if "starters" not in path.parts:
             found[f"{path.parent.name}/{path.stem}"] = partial(bsm.load, path)
     for each in known():
         for part in BESIDE:

@@ -13,11 +13,10 @@ from bsm_mesh.model.loads import Load
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.modelfile.build import LoadedModel, load_model_file
-from bsm_mesh.solve.limit.analysis import LimitAnalysis, limit_analysis, limit_tilt
-from bsm_mesh.solve.limit.strength_factor import StrengthLimit, strength_limit
+from bsm_mesh.solve.limit_analysis import LimitAnalysis, StrengthLimit, limit_analysis, limit_tilt, strength_limit
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
-from bsm_mesh.three_d.limit.of_model import SpaceLimit, limit_in_space, strength_in_space
+from bsm_mesh.three_d.limit.of_model import SpaceLimit
 
 
 def analyse_limit(
@@ -42,24 +41,21 @@ def analyse_limit(
     loaded = load_model_file(path, scripts=scripts, space=True)
     added = AddedFiles(output or loaded.output_folder)
     model = loaded.model
-    rocks = not joints if rocks is None else rocks
-    if in_space(model.blocks):
-        if tilt:
-            raise ModelError("limit: --tilt is for the plane; in space give [gravity] with its trend")
-        if strength:
-            found_there = strength_in_space(model, joints or None, stage, rocks=rocks, bolts=bolts)
-        else:
-            dead, live = _split(model, numbers) if numbers else (model, None)
-            found_there = limit_in_space(dead, live, stage)
-        _tell(
-            loaded, added, found_there, _space_told(found_there), _space_rows(found_there, numbers, strength), as_json
-        )
-        return
+    if tilt and in_space(model.blocks):
+        raise ModelError("limit: --tilt is for the plane; in space give [gravity] with its trend")
+    found: LimitAnalysis | StrengthLimit | SpaceLimit
     if strength:
-        divided = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
-        _tell(loaded, added, divided, _strength_told(divided), _strength_rows(divided), as_json)
+        rocks = not joints if rocks is None else rocks
+        found = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
+    else:
+        dead, live = _split(model, numbers) if numbers else (model, None)
+        found = limit_analysis(dead, live, stage=stage)
+    if isinstance(found, SpaceLimit):
+        _tell(loaded, added, found, _space_told(found), _space_rows(found, numbers, strength), as_json)
         return
-    found = _with_live_loads(model, numbers, stage) if numbers else limit_analysis(model, stage=stage)
+    if isinstance(found, StrengthLimit):
+        _tell(loaded, added, found, _strength_told(found), _strength_rows(found), as_json)
+        return
     told: dict[str, Any] = {"stage": found.stage, "admissible": found.admissible, "factor": _finite(found.factor)}
     if tilt:
         told["tilt"] = limit_tilt(model, stage=stage, clockwise=tilt == "left")
@@ -126,12 +122,6 @@ def _space_rows(found: SpaceLimit, numbers: tuple[int, ...], strength: bool) -> 
             f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit",
         ),
     ]
-
-
-def _with_live_loads(model: Model, numbers: tuple[int, ...], stage: str | None) -> LimitAnalysis:
-    """Return the analysis with the factor on the loads of these numbers, from 1, the others staying."""
-    dead, live = _split(model, numbers)
-    return limit_analysis(dead, live, stage=stage)
 
 
 def _split(model: Model, numbers: tuple[int, ...]) -> tuple[Model, list[Load]]:

@@ -117,9 +117,10 @@ def _acting(model: Model) -> dict[str, Any]:
 
 def _acting_in_space(model: Model) -> dict[str, Any]:
     """Return loads and water on polyhedra as given: fields of `StageResult`."""
-    from bsm_mesh.three_d.loads import loads_as_given
+    from bsm_mesh.three_d.loads import ExternalLoads
     from bsm_mesh.three_d.record import joint_water
 
-    loads, water = loads_as_given(model)
+    external, given = ExternalLoads(model), np.zeros((model.blocks.count, 6))
+    water, _ = external.water.on_blocks(given)
     dry = {"water_table": np.zeros((0, 2, 2)), "water_gradient": np.zeros(0)}  # a plane of head is no table
-    return {"loads": loads, "water": water, **dry, "joint_water": joint_water(model)}
+    return {"loads": external.at(given), "water": water, **dry, "joint_water": joint_water(model)}

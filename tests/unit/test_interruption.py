@@ -173,7 +173,9 @@ def test_pictures_in_their_process(case: Case) -> None:
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out) == (130, "")
-    assert err.splitlines()[-1] == "interrupted (SIGTERM): nothing is half-written"  # after lines of progress
+    progress, said = err.rsplit("\n\n", 1)
+    assert said == "interrupted (SIGTERM): nothing is half-written\n"
+    assert all(line.startswith("[") for line in progress.splitlines())
 
 
 def test_what_the_process_was_started_to_ignore_stays_ignored(case: Case) -> None:

@@ -18,7 +18,7 @@ from bsm_mesh.movements import cross
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.solve.stages.as_built import in_stage
 from bsm_mesh.three_d.blocks.materials import Materials
-from bsm_mesh.three_d.limit.analysis import ConeAnalysis, LimitAnalysis3D
+from bsm_mesh.three_d.limit.analysis import MOST, ConeAnalysis, LimitAnalysis3D
 from bsm_mesh.three_d.limit.strength import ConeStrength, cone_strength
 from bsm_mesh.three_d.limit.ties import Ties
 from bsm_mesh.three_d.step.block_system import BlockSystem
@@ -185,11 +185,12 @@ def strength_in_space(
     if math.isfinite(factor):
         text = f"forces within strength exist up to the factor {factor:.6g}"
         for margin in MARGINS:
-            weaker = strength.divided(max(factor, 1e-3) * (1 + margin), chosen, bolts=bolts)
+            divisor = max(factor, 1 / MOST) * (1 + margin)
+            weaker = strength.divided(divisor, chosen, bolts=bolts)
             found = analysis.analyse(program.loads, weaker)
             mechanism, ties = found.witness.velocity, found.ties
             if not found.admissible and found.witness.proves:
-                beyond = factor * (1 + margin)
+                beyond = divisor
                 text += f"; beyond {beyond:.6g} the blocks must move (proved), whatever stiffness and history"
                 break
     return SpaceLimit(

@@ -136,7 +136,7 @@ class ConeProgram:
         whole = vstack([hstack([vstack([self.equilibrium, matrix]), column[:, None]]), least[None]]).tocsc()
         right = np.concatenate([-self._scaled(loads) / reference, right, [1.0]])
         cost = np.append(np.zeros(self.unknowns), 1.0)
-        return self._solved(cost, whole, right, [*cones, clarabel.NonnegativeConeT(1)], reference)
+        return self._solved(cost, whole, right, [*cones, clarabel.NonnegativeConeT(1)], reference, math.inf)
 
     def maximise(self, dead: FloatArray, live: FloatArray, strength: ConeStrength) -> Optimum:
         """Return the greatest factor on live loads with dead ones, (n, 6) [N, N m]; infinite for no limit."""
@@ -146,7 +146,7 @@ class ConeProgram:
         whole = hstack([vstack([self.equilibrium, matrix]), column[:, None]]).tocsc()
         right = np.concatenate([-self._scaled(dead) / reference, right])
         cost = np.append(np.zeros(self.unknowns), -1.0)
-        return self._solved(cost, whole, right, cones, reference)
+        return self._solved(cost, whole, right, cones, reference, 0.0)
 
     def _strength(
         self, strength: ConeStrength, reference: float
@@ -185,14 +185,19 @@ class ConeProgram:
         return whole, np.concatenate(right), [*of_bolts, *cones], np.concatenate(lacking)
 
     def _solved(
-        self, cost: FloatArray, matrix: csc_array, right: FloatArray, cones: list[object], reference: float
+        self,
+        cost: FloatArray,
+        matrix: csc_array,
+        right: FloatArray,
+        cones: list[object],
+        reference: float,
+        infeasible: float,
     ) -> Optimum:
+        """Return the optimum; `infeasible` is its value where no forces balance the loads."""
         balances = self.equilibrium.shape[0]
         answer, found = solve_conic(cost, matrix, right, [clarabel.ZeroConeT(balances), *cones])
         velocity, slip = np.zeros((len(self.fixed), 6)), np.zeros(len(self.ties.capacity))
-        value, x = math.inf, np.zeros(self.unknowns)
-        if answer is Answer.INFEASIBLE and cost[-1] < 0:
-            value = 0.0  # of a factor; the strength that is lacking is infinite
+        value, x = infeasible if answer is Answer.INFEASIBLE else math.inf, np.zeros(self.unknowns)
         if answer is Answer.SOLVED:
             value, x = float(found.x[-1]), np.array(found.x[:-1]) * reference
         if answer is not Answer.UNBOUNDED:

@@ -7,10 +7,9 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
-from bsm_mesh.movements import cross, turned
+from bsm_mesh.movements import turned
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.step.system import BAND, System
@@ -31,7 +30,7 @@ from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.renewal import Renewal, points_apart
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
-from bsm_mesh.three_d.water import WaterOnPolyhedra
+from bsm_mesh.three_d.loads import ExternalLoads
 
 
 class BlockSystem(System):
@@ -62,11 +61,8 @@ class BlockSystem(System):
         self.prescribed_blocks = self.constraints_at(self.start, conflicts=True).fixed
         moves = ~self.prescribed_blocks
         self.catalogue = PolygonCatalogue(model)
-        self.applied = point_forces_of(model.acting_loads, model.blocks)
-        self.applied_arm = self.applied.point - self.centroid[self.applied.block]
-        self.water = WaterOnPolyhedra(model)
-        self.dead = model.gravity_forces
-        np.add.at(self.dead, self.applied.block, self.applied.force)
+        self._external = ExternalLoads(model)
+        self.water = self._external.water
         self.loads = self.loads_at(self.start)
         size = float(np.median(self.block_size[moves] if moves.any() else self.block_size))
         self._set_scales(size, self.bolts.evaluate(self.start if position is None else position).forces)
@@ -102,38 +98,20 @@ class BlockSystem(System):
     @property
     def constant_loads(self) -> FloatArray | None:
         """Weights (n, 6) where nothing else acts; None where what acts depends on where the blocks are."""
-        return None if len(self.bolts.alive) or len(self.applied.block) or self.water.acts else self.loads
+        return self.loads if self._external.are_weights and not len(self.bolts.alive) else None
 
     def loads_at(self, position: FloatArray) -> FloatArray:
-        """Return weights, loads and water, (n, 6).
-
-        Loads keep their direction and follow their point on the block; water pressure follows the position.
-        """
-        loads, _ = self.water.on_blocks(position)
-        loads[:, :3] += self.dead
-        arm = turned(self.applied_arm, position[self.applied.block, 3:])
-        np.add.at(loads[:, 3:], self.applied.block, cross(arm, self.applied.force))
-        return loads
+        """Return weights, loads and water, (n, 6)."""
+        return self._external.at(position)
 
     def load_stiffness(self, position: FloatArray) -> FloatArray | None:
-        """Return the derivatives of minus `loads_at` by the movement of every block, (n, 6, 6); None: all are zero.
-
-        A moment ``arm x force`` changes with the turn of its arm by ``(turn x arm) x force``. That of water, which is
-        small compared with the stiffness of contacts, is left out.
-        """
-        block, force = self.applied.block, self.applied.force
-        if not len(block):
-            return None
-        arm = turned(self.applied_arm, position[block, 3:])
-        stiffness = np.zeros((len(position), 6, 6))
-        work = (arm * force).sum(axis=1)[:, None, None] * np.eye(3)
-        np.add.at(stiffness[:, 3:, 3:], block, work - arm[:, :, None] * force[:, None, :])
-        return stiffness
+        """Return the derivatives of minus `loads_at` by the movement of every block, (n, 6, 6); None: all are zero."""
+        return self._external.stiffness(position)
 
     def point_forces_at(self, position: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return block, point and force of every load at a position."""
-        block = self.applied.block
-        return block, self.placed(position)[block] + turned(self.applied_arm, position[block, 3:]), self.applied.force
+        loads = self._external
+        return loads.block, self.placed(position)[loads.block] + loads.arms(position), loads.force
 
     def bar_arms(self, position: FloatArray) -> FloatArray:
         """Return the arms from centroids to supported points at a position, (n_bars, 3) [m]."""
