@@ -17,6 +17,7 @@ from tests.scenes.arch import arch
 COMMAND = "python -m benchmarks.large_zones"
 HEADER = ("zones in large displacement", "closed form or rigid blocks", "found")
 PARTS = (0.98, 0.99, 1.01, 1.02)  # of the critical load
+PLACES = (0.001, *np.arange(1, 13) / 8)  # m, at which a block is looked at that slides over zones of .5 m
 
 
 def rows() -> list[tuple[str, ...]]:
@@ -34,7 +35,28 @@ def rows() -> list[tuple[str, ...]]:
         rigid, zoned = _arch(thickness)
         case = f"arch of 11 stones, {thickness:g} m thick, E = 1e13 Pa: crown, mm"
         lines.append((case, f"{rigid:.5f}", f"{zoned:.5f}"))
+    for order in (1, 2):
+        resultant, jump = _slides(order)
+        case = f"block that slides over three zones of order {order}"
+        lines.append((f"{case}: shear over N tan(friction)", "1", f"{resultant:.5f}"))
+        lines.append((f"{case}: greatest jump of a point's force over their mean", "0", f"{jump:.1e}"))
     return lines
+
+
+def _slides(order: int) -> tuple[float, float]:
+    """Return the shear force below a block that is pushed over its statics, the farthest off, and the greatest jump.
+
+    A jump is what forces change by in .2 mm about every quarter of a zone's side, at the nodes too.
+    """
+    off, jump = [], []
+    for place in PLACES:
+        before, after = (
+            scenes.forces_below(bsm.run(scenes.pushed(place + small, order=order))) for small in (-1e-4, 1e-4)
+        )
+        x, y = before.sum(axis=0)
+        off.append(-x / y / np.tan(np.radians(scenes.FRICTION)))
+        jump.append(float(np.abs(after - before).max() * len(before) / y))
+    return max(off, key=lambda part: abs(part - 1)), max(jump)
 
 
 def _arch(thickness: float) -> tuple[float, float]:

@@ -65,7 +65,7 @@ def pressed(part, *, pieces=1):
     return bsm.run(bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(boundary="held")], loads=[load]))
 
 
-def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=0.5, number=None):
+def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=0.5, number=None, ramp=None):
     """Return a block, 1 m high, on a base with zones of .5 m, whose left side is pushed along it.
 
     Parameters
@@ -84,8 +84,14 @@ def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=
         Of its zones.
     number : int, optional
         Of the block that is pushed; None: the last.
+    ramp : float, optional [degrees]
+        By which the base rises in front of the block.
     """
     polygons = [np.array([(a, -1.1), (b, -0.9), (b, 0), (a, 0)]) for a, b in pairwise(base)]
+    if ramp is not None:
+        foot, end = block[1] + 0.25, base[-1]
+        polygons[-1][2, 1] = (end - foot) * np.tan(np.radians(ramp))
+        polygons[-1] = np.insert(polygons[-1], 3, (foot, 0), axis=0)
     number = len(polygons) if number is None else number
     # Not quite rectangles: rounding would decide which of two equal sides of a zone is halved.
     polygons.insert(number, np.array([(block[0], 0), (block[1], 0), (block[1], 1.1), (block[0], 0.9)]))

@@ -56,6 +56,23 @@ def test_a_block_slides_on_over_the_neighbour():
     assert (there[:, 1] > 0).all()
 
 
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("ramp", [0.01, 1.0, 10.0])
+def test_a_block_is_pushed_up_a_ramp(ramp, order):
+    """It does not turn, so that its front corner carries all: W tan(friction + ramp)."""
+    there = forces(0.6, ramp=ramp, order=order)
+    exact = SLIDES[1] * np.tan(np.radians(FRICTION + ramp))
+    assert_allclose(there.sum(axis=0), (-exact, SLIDES[1]), rtol=1e-3)
+    assert ramp < 0.5 or np.count_nonzero(there[:, 1]) == 1
+
+
+def test_a_block_slides_beyond_an_edge_that_falls():
+    """Its front leaves the base there."""
+    there = forces(0.6, ramp=-10.0)
+    assert_allclose(there.sum(axis=0), SLIDES, rtol=1e-3)
+    assert np.count_nonzero(there[:, 1]) == len(there) - 1
+
+
 def test_a_block_that_slid_off_is_unstable():
     """Points over the end of a face carry nothing; the others do until none is left."""
     given = {"base": (0.0, 2.0)}
@@ -86,3 +103,15 @@ def test_courses_in_bond_slide_over_the_joints_below():
     assert (stage.displacement[2:, 0] > 0.08).all()
     level = np.abs(stage.contacts.normal[:, 1]) > 0.9
     assert_allclose(np.abs(stage.contacts.shear_force[level]).sum(), 0.3 * 26e3 * 3, rtol=1e-3)
+
+
+def test_whole_rock_below_carries_the_block_that_slid() -> None:
+    """The block lies on one of two blocks without a joint between them; the other one is held."""
+    model = pushed(0.2, base=(0.0, 2.3, 4.0))
+    blocks = model.blocks.with_joint("J", lambda x, y: np.abs(y) < 1e-9)
+    blocks = blocks.with_boundary("low", lambda x, y: (y < -0.5) & (x > 2.2))
+    results = bsm.run(model.replace(blocks=blocks, default_joint=None))
+    assert results.status == "stable", results.stages[0].reason
+    contacts = results.stages[0].contacts
+    hangs = contacts.force[contacts.joint < 0].sum(axis=0)
+    assert_allclose(hangs - (0, 2.3 * WEIGHT), forces_below(results).sum(axis=0), atol=1e-6 * WEIGHT)

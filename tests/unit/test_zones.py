@@ -280,3 +280,9 @@ def test_faces_of_joints_are_covered_without_gap(order, default_joint):
     contacts = results.stages[0].contacts
     open_length = contacts.length[contacts.status == ContactStatus.OPEN].sum()
     assert (faces.length * faces.open).sum() == pytest.approx(open_length, abs=1e-12)
+
+
+def test_the_evidence_of_a_stage_has_its_reduced_strength():
+    results = bsm.run(wall(stages=[bsm.Stage(name="weak", strength={"J1": 0.8})]))
+    found = [stage.evidence.laws[0]["friction"] for stage in results.stages]
+    assert_allclose(np.tan(np.radians(found)), np.tan(np.radians(JOINT.law.friction)) * np.array([1.0, 0.8]))

@@ -1,7 +1,7 @@
 """Chains of sides of zones along the faces of blocks: points of joints slide along them.
 
-A chain continues over the sides of one block, and over those of a neighbour whose face is in one plane with the first.
-It ends at corners, and where there is no such neighbour.
+A chain continues over the sides of one block, and over those of a neighbour whose face begins where that of the first
+ends. It turns by less than 90 degrees there; of several neighbours the one that turns least is next.
 """
 
 from __future__ import annotations
@@ -11,11 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.solve.zones.interfaces import Interfaces
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
-
-STRAIGHT = 1e-3  # sine: sides that bend less at their common end are one face
-SAME = 1e-6  # of a side: a point so near to its end, or beyond it, has not left the side
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -28,6 +26,8 @@ class FaceChains:
         Start and end in the direction of the outline, and with second-order zones the middle.
     before, after : (p,) int32
         The pieces before and after it along the chain; -1: none.
+    bend : (p,) float64
+        Sine of the turn from it to the piece after it; positive: away from what lies on the face.
     block : (p,) int32
         Whose they are.
     """
@@ -35,6 +35,7 @@ class FaceChains:
     node: IntArray
     before: IntArray
     after: IntArray
+    bend: FloatArray
     block: IntArray
 
     @classmethod
@@ -45,12 +46,12 @@ class FaceChains:
         if order == 2:
             node = np.column_stack([node, opened.mesh.p.shape[1] + facet])
         outside = np.flatnonzero(opened.mesh.f2t[1, facet] < 0)
-        after = _following(whole, outside)
+        after, bend = _following(whole, outside)
         before = np.full(len(facet), -1, dtype=np.int32)
         there = np.flatnonzero(after >= 0)
         before[after[there]] = there
         block = opened.block[opened.mesh.f2t[0, facet]]
-        return cls(node=node.astype(np.int32), before=before, after=after, block=block)
+        return cls(node=node.astype(np.int32), before=before, after=after, bend=bend, block=block)
 
     def shapes(self, share: FloatArray) -> FloatArray:
         """Return the shape functions of a side's nodes at parts of it from its start, (q, 2 or 3)."""
@@ -72,8 +73,8 @@ class FaceChains:
         """
         share = self._projected(point, piece, place)
         for way, sign in ((self.after, 1.0), (self.before, -1.0)):
-            while True:
-                beyond = sign * (share - 0.5) > 0.5 + SAME
+            for _ in range(len(self.block)):
+                beyond = sign * (share - 0.5) > 0.5
                 on = np.flatnonzero(beyond & (way[piece] >= 0))
                 if not on.size:
                     break
@@ -83,11 +84,15 @@ class FaceChains:
         return piece, share
 
     def free_ends(self, interfaces: Interfaces) -> tuple[BoolArray, BoolArray]:
-        """Return at which starts and ends of pieces a face continues without an interface, (p,) each."""
-        alone = np.ones(len(self.block) + 1, dtype=bool)
+        """Return at which starts and ends of pieces a face continues without an interface, (p,) each.
+
+        A face that turns away from the other side does not continue.
+        """
+        alone = np.ones(len(self.block), dtype=bool)
         alone[interfaces.pieces] = False
-        alone[-1] = False  # -1: no piece
-        return alone[self.before], alone[self.after]
+        at_end = (self.after >= 0) & alone[self.after] & (self.bend <= RULES.flat)
+        at_start = (self.before >= 0) & alone[self.before] & (self.bend[self.before] <= RULES.flat)
+        return at_start, at_end
 
     def with_ends_covered(self, interfaces: Interfaces) -> Interfaces:
         """Return the interfaces; the second side is the one whose faces do not continue beyond them, if any."""
@@ -112,33 +117,37 @@ class FaceChains:
         )
 
     def _faces(self) -> IntArray:
-        """Return the number of the chain of every piece, (p,)."""
+        """Return the number of the plane face of every piece, (p,)."""
         from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import connected_components
 
-        there = np.flatnonzero(self.after >= 0)
+        there = np.flatnonzero((self.after >= 0) & (np.abs(self.bend) <= RULES.flat))
         size = len(self.after)
         graph = coo_matrix((np.ones(len(there), np.int8), (there, self.after[there])), shape=(size, size))
         number: IntArray = connected_components(graph, directed=False)[1]
         return number
 
     def _projected(self, point: FloatArray, piece: IntArray, place: FloatArray) -> FloatArray:
-        """Return at which part of its piece every point is, along the chord; outside 0 to 1 beyond the ends."""
+        """Return at which part of its piece every point is, along the chord; outside 0 to 1 beyond the ends.
+
+        Along the chord a side of second order is at ``(4 m - 1) s + (2 - 4 m) s^2`` for a part s, its middle at m.
+        """
         corner = place[self.node[piece]]
         chord = corner[:, 1] - corner[:, 0]
         square = (chord**2).sum(axis=1)
         share: FloatArray = ((point - corner[:, 0]) * chord).sum(axis=1) / square
         if corner.shape[1] == 3:
-            further = np.full(1, np.inf)
-            while np.abs(further).max(initial=0.0) > SAME:  # by the chord: a side bends by strains only
-                there = np.einsum("qn,qni->qi", self.shapes(share), corner)
-                further = ((point - there) * chord).sum(axis=1) / square
-                share = share + further
+            middle = ((corner[:, 2] - corner[:, 0]) * chord).sum(axis=1) / square
+            first, second = 4 * middle - 1, 2 - 4 * middle
+            share = 2 * share / (first + np.sqrt(np.maximum(first**2 + 4 * second * share, 0.0)))
         return share
 
 
-def _following(mesh: ContinuumMesh, pieces: IntArray) -> IntArray:
-    """Return for every piece the one of `pieces` that starts at its end in the same direction, (p,); -1: none."""
+def _following(mesh: ContinuumMesh, pieces: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return for every piece the one of `pieces` that starts at its end and turns least, and the sine of its turn.
+
+    Both (p,); -1 and 0 where none turns by less than 90 degrees.
+    """
     ends, place = mesh.piece_ends, mesh.mesh.p.T
     along = place[ends[:, 1]] - place[ends[:, 0]]
     along = along / np.hypot(*along.T)[:, None]
@@ -149,8 +158,10 @@ def _following(mesh: ContinuumMesh, pieces: IntArray) -> IntArray:
     one = np.repeat(pieces, count)
     within = np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
     other = order[np.repeat(first, count) + within]
-    bend = along[one, 0] * along[other, 1] - along[one, 1] * along[other, 0]
-    straight = (np.abs(bend) < STRAIGHT) & ((along[one] * along[other]).sum(axis=1) > 0)
-    after = np.full(len(ends), -1, dtype=np.int32)
-    after[one[straight]] = other[straight]
-    return after
+    turn = along[one, 0] * along[other, 1] - along[one, 1] * along[other, 0]
+    on = (along[one] * along[other]).sum(axis=1)
+    least = np.argsort(on, kind="stable")  # the one that turns least is written last
+    least = least[on[least] > 0]
+    after, bend = np.full(len(ends), -1, dtype=np.int32), np.zeros(len(ends))
+    after[one[least]], bend[one[least]] = other[least], turn[least]
+    return after, bend

@@ -9,7 +9,6 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.zones.equilibrium import OPEN_STIFFNESS, Equations
-from bsm_mesh.solve.zones.face_chains import SAME
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 
 
@@ -28,7 +27,8 @@ def steps(equations: Equations, u: FloatArray) -> Iterator[bool]:
     first = np.where(last.held, turned, 0.0), last.rows @ u
     way = last.given - first[0], last.values - first[1]
     side = float(np.median(joints.pieces))
-    count = int(np.ceil(max(float(np.abs(part).max(initial=0.0)) for part in way) / side - SAME))
+    furthest = max(float(np.abs(part).max(initial=0.0)) for part in way)
+    count = int(np.ceil(round(furthest / side, 6)))  # supports that stay do so but for rounding
     for step in range(count):
         free.hold(*(start + step / count * part for start, part in zip(first, way, strict=True)))
         yield step > 0
