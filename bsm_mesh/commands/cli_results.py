@@ -78,11 +78,11 @@ def plot(
     "--safety", type=PATH, metavar="FOLDER", help="Factor of safety on the first page; by default OUT-safety."
 )
 def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> None:
-    """Write OUT as one page, OUT/report.html, to be filed or printed: a run, a factor of safety or a study.
+    """Write OUT as one page, OUT/report.html, to be filed or printed: a run, a factor of safety, key blocks or a study.
 
     The page of a run shows verdicts with their grounds, displacement and slip, pictures, input, quality of the blocks,
     versions and checksums. Of earlier stages it shows displacement, joints and bolts. A factor of safety of the same
-    model in OUT-safety is on the first page. The page needs no other file.
+    model in OUT-safety is on the first page, and so are its key blocks in OUT-key-blocks. The page needs no other file.
     """
     with reading(out) as progress:
         from bsm_mesh.pages.report import ReportFields, write_report

@@ -10,21 +10,26 @@ import numpy as np
 from bsm_mesh.commands.safety import folder_beside
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.folder.added_files import AddedFiles
-from bsm_mesh.folder.result_tables import write_table
+from bsm_mesh.folder.key_block_files import NET, PICTURE, write_key_blocks
+from bsm_mesh.folder.summary import versions
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.modelfile.build_bolts import make_space_bolts
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
-from bsm_mesh.text.tables import engineering, print_table
+from bsm_mesh.modelfile.space_model import space_model
+from bsm_mesh.pictures.figures import save
+from bsm_mesh.pictures.joint_net import joint_net, least_friction
+from bsm_mesh.pictures.key_block_pictures import draw_key_blocks
+from bsm_mesh.text.key_block_text import key_block_lines, key_block_table, unstable_rows
+from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.key_blocks.analysis import key_blocks
-from bsm_mesh.three_d.key_blocks.modes import FALLS
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 
 MAX_ROWS = 30  # of the table on the terminal; the file has all
-PICTURE = "key_blocks.png"
+Proofs = dict[str, tuple[bool | None, str]]
 
 
 def find_key_blocks(
@@ -49,15 +54,15 @@ def find_key_blocks(
         rounds=asked.rounds,
     )
     proofs = _proofs(loaded, found) if proof else {}
-    files = _write(loaded, found, added, picture)
+    told = _told(loaded, found, reach, proofs)
+    files = write_key_blocks(loaded, found, told, added)
+    files += _draw(loaded, found, added) if picture else []
     if as_json:
-        told = {name: {"admissible": admissible, "text": text} for name, (admissible, text) in proofs.items()}
-        names = [str(added.folder.path / name) for name in files]
-        say_json({**_told(loaded, found), "limit_analysis": told, "files": names, "notes": _notes(loaded, found)})
+        say_json({**told, "files": [str(added.folder.path / name) for name in files]})
         return
-    for note in _notes(loaded, found):
+    for note in told["notes"]:
         say(f"note: {note}", err=True)
-    _print(loaded, found)
+    _print(loaded, found, told)
     for name, (_, text) in proofs.items():
         say(f"{name}: {text}")
     say(f"{', '.join(files)} written to {added.folder.path}")
@@ -89,7 +94,7 @@ def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
     return notes
 
 
-def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, tuple[bool | None, str]]:
+def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> Proofs:
     """Return what limit analysis says of the whole rock, and of the rest without the unstable blocks.
 
     Of each whether it is admissible, None where no program could be solved, and the answer in words, or why not.
@@ -105,7 +110,7 @@ def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, tuple[bool | Non
     masses = {"whole rock": present} | ({"without these blocks": left} if (left != present).any() else {})
     given: dict[str, Any] = {"free": _free(loaded), "joint_pressure": asked.joint_pressure}
     given["gravity"] = asked.gravity or (0.0, 0.0, -1.0)
-    answers: dict[str, tuple[bool | None, str]] = {}
+    answers: Proofs = {}
     for name, there in masses.items():
         try:
             answer = analyse_rock(blocks, materials, there, **given)
@@ -115,29 +120,13 @@ def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, tuple[bool | Non
     return answers
 
 
-def _write(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles, picture: bool) -> list[str]:
-    """Write the files, and return their names."""
-    from bsm_mesh.converters.three_d import write_blocks, write_contacts
-    from bsm_mesh.pictures.key_block_pictures import draw_key_blocks
-
-    files = ["key_blocks.csv", "blocks.vtu", "contacts.vtu"]
-    with added.file(files[0]) as draft:
-        write_table(found.table(), draft)
-    with added.file(files[1]) as draft:
-        write_blocks(draft, loaded.blocks, key_blocks=found)
-    with added.file(files[2]) as draft:
-        write_contacts(draft, loaded.blocks)
-    if picture:
-        with added.file(PICTURE) as draft:
-            draw_key_blocks(draft, loaded.blocks, found, title=loaded.file.title)
-        files.append(PICTURE)
-    return files
-
-
-def _told(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, Any]:
-    """Return the JSON record."""
+def _told(loaded: LoadedSpace, found: KeyBlocks, reach: Reach, proofs: Proofs) -> dict[str, Any]:
+    """Return the record."""
     below = found.round > 0
     return {
+        "title": loaded.file.title or loaded.path.stem,
+        "model_hash": _model_hash(loaded, reach),
+        "report": loaded.file.report.model_dump(),
         "blocks": loaded.blocks.count,
         "at_free_faces": found.count,
         "removable": int(found.removable.sum()),
@@ -150,45 +139,43 @@ def _told(loaded: LoadedSpace, found: KeyBlocks) -> dict[str, Any]:
         "required": found.required,
         "volume": float(found.volume[below].sum()),
         "slivers": len(loaded.blocks.slivers),
+        "limit_analysis": {name: {"admissible": known, "text": text} for name, (known, text) in proofs.items()},
+        "notes": _notes(loaded, found),
+        "versions": versions(),
     }
 
 
-def _print(loaded: LoadedSpace, found: KeyBlocks) -> None:
+def _model_hash(loaded: LoadedSpace, reach: Reach) -> str:
+    """Return the digest of the model that a run would solve; nothing where the file is none of a run."""
+    try:
+        return space_model(loaded, reach).digest
+    except ModelError:  # without supports, for example: key blocks need none
+        return ""
+
+
+def _draw(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles) -> list[str]:
+    """Draw blocks and stereonet, and return the names of the files."""
+    title, drawn = loaded.file.title, [PICTURE]
+    with added.file(PICTURE) as draft:
+        draw_key_blocks(draft, loaded.blocks, found, title=title)
+    angles = [getattr(joint.law, "friction", None) for joint in loaded.joints]
+    net = joint_net(loaded.blocks, least_friction(angles), title)
+    if net is not None:
+        with added.file(NET) as draft:
+            save(net, draft)
+        drawn.append(NET)
+    return drawn
+
+
+def _print(loaded: LoadedSpace, found: KeyBlocks, told: dict[str, Any]) -> None:
     """Print the unstable blocks, the heaviest first, and lines on the others."""
-    rows = np.flatnonzero(found.round > 0)
-    rows = rows[np.lexsort((-found.weight[rows], found.round[rows]))]
-    large, several = rows[~found.sliver[rows]], found.round.max(initial=0) > 1
-    header = ("block", "movement", *(("round",) if several else ()), "factor", "m3", "weight", "support")
-    shown = [_row(found, k, several) for k in large[:MAX_ROWS]]
-    if shown:
+    columns = found.table().columns
+    rows = unstable_rows(columns)
+    large = rows[~found.sliver[rows]][:MAX_ROWS]
+    if large.size:
+        header, shown = key_block_table(columns, large)
         print_table(loaded.file.title or str(loaded.path), header, shown, texts=2)
-    left = len(rows) - len(shown)
-    if left:
+    if left := len(rows) - len(large):
         say(f"key_blocks.csv has {counted(left, 'block')} more, slivers included")
-    falls = int((found.bolted_factor[rows] == 0).sum())
-    say(f"{counted(loaded.blocks.count, 'block')}: {found.count} at free faces, {int(found.removable.sum())} removable")
-    say(
-        f"{falls} fall and {len(rows) - falls} slide below a factor of {found.required:g}: "
-        f"{found.volume[rows].sum():.4g} m3 in all"
-    )
-    least = np.flatnonzero(found.removable & ~found.sliver & np.isfinite(found.bolted_factor) & (found.round == 0))
-    if not len(rows) and len(least):
-        k = least[np.argmin(found.bolted_factor[least])]
-        block, movement, factor = _row(found, k, several=False)[:3]
-        say(f"least factor {factor}: block {block} {movement}")
-    if held := int(((found.factor < found.required) & (found.round == 0) & (found.pull > 0)).sum()):
-        say(f"bolts hold {counted(held, 'block')} that would fall or slide without them")
-
-
-def _row(found: KeyBlocks, k: int, several: bool) -> tuple[str, ...]:
-    """Return a row of the table on the terminal."""
-    joints = [found.joint_names[j] if j >= 0 else "rock" for j in found.joints[k][: max(0, found.mode[k] - FALLS)]]
-    return (
-        str(found.block[k]),
-        f"slides on {', '.join(joints)}" if joints else "falls",
-        *((str(found.round[k]),) if several else ()),
-        f"{found.bolted_factor[k]:.3f}",
-        f"{found.volume[k]:.4g}",
-        engineering(float(found.weight[k]), "N"),
-        "-" if np.isnan(found.bolted_support[k]) else engineering(float(found.bolted_support[k]), "Pa"),
-    )
+    for line in key_block_lines(told, columns):
+        say(line)

@@ -106,7 +106,7 @@ def run_file(
     with ExitStack() as held:
         writer = None
         if folder is not None:
-            given, steps = _given(file, path, folder, options), file.output.snapshots == "steps"
+            given, steps = given_files(file, path, folder, options), file.output.snapshots == "steps"
             writer = held.enter_context(
                 RunWriter(
                     folder,
@@ -180,7 +180,7 @@ def _folder(file: ModelFile | SpaceFile, path: Path, reach: Reach, output: Outpu
     raise ModelError(f"output = {output!r} must be a folder, or False to write nothing")
 
 
-def _given(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Options | None) -> Given:
+def given_files(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Options | None) -> Given:
     """Return the model file to be written: nothing where it is the folder's own ``model.toml``, which stays."""
     there = folder / MODEL
     if there.exists() and there.samefile(path):

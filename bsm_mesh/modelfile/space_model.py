@@ -17,7 +17,7 @@ from bsm_mesh.modelfile.build_parts import make_in_situ, make_load, make_options
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.space_file import cut_space_file
+from bsm_mesh.modelfile.space_file import LoadedSpace, cut_space_file
 from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable, SpaceWaterTable
 from bsm_mesh.modelfile.unused import bolts_on_nothing
 
@@ -30,8 +30,12 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
     ModelError
         With every fault of the file, of the rock that it describes, or of the model as a whole.
     """
-    loaded = cut_space_file(file, path, reach)
-    blocks, faults = loaded.blocks, list[str]()
+    return space_model(cut_space_file(file, path, reach), reach)
+
+
+def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
+    """Return the model of a file whose blocks are cut; errors as of `build_space_model`."""
+    file, path, faults = loaded.file, loaded.path, list[str]()
 
     def made(makers: Iterator[Callable[[], Any]]) -> list[Any]:
         found = []
@@ -57,7 +61,7 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
     raise_faults(faults)
     with placed(path.name):
         model = Model(
-            blocks=blocks,  # type: ignore[arg-type]  # polyhedra answer to the same names
+            blocks=loaded.blocks,  # type: ignore[arg-type]  # polyhedra answer to the same names
             rocks=loaded.rocks,
             joints=loaded.joints,
             default_joint=file.mesh.default_joint,

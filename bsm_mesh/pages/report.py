@@ -1,4 +1,4 @@
-"""The command ``report``: results, a factor of safety or a study as one page to be filed or printed."""
+"""The command ``report``: results, a factor of safety, key blocks or a study as one page to be filed or printed."""
 
 from __future__ import annotations
 
@@ -11,10 +11,18 @@ from typing import Any
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.key_block_files import RECORD
 from bsm_mesh.folder.own_files import SUMMARY
 from bsm_mesh.folder.safety_files import ANSWER
 from bsm_mesh.folder.saved_results import damage_told
-from bsm_mesh.pages.report_answers import is_study, safety_beside, safety_content, study_content
+from bsm_mesh.pages.report_answers import (
+    answer_beside,
+    is_study,
+    key_blocks_content,
+    key_blocks_page,
+    safety_content,
+    study_content,
+)
 from bsm_mesh.pages.report_results import content_of, picture_data
 from bsm_mesh.pictures.plot import draw_in_subprocess, in_silence
 from bsm_mesh.text.headings import PICTURES_FOLDER
@@ -53,7 +61,7 @@ def write_report(
     Parameters
     ----------
     out : Path
-        The folder of a run, of a factor of safety or of a study.
+        The folder of a run, of a factor of safety, of key blocks or of a study.
     progress : callable
         Gets a few words before each part of the work.
     pictures : bool
@@ -92,6 +100,8 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
     """Return the content of the page: the answer first, then the results on which it rests."""
     if is_study(out):
         return study_content(out)
+    if (out / RECORD).is_file():
+        return key_blocks_page(out)
     if (out / ANSWER).is_file():
         answer = safety_content(out)
         state = next((out / name for name in answer["states"] if (out / name / SUMMARY).is_file()), None)
@@ -99,8 +109,11 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
         heading = f"{answer['answer']} ({answer['state_shown']})" if state is not None else answer["answer"]
         return {**results, "title": answer["title"], "heading": heading, "fields": answer["fields"], "safety": answer}
     content = _results(out, progress, pictures=pictures)
-    beside = safety_beside(out, content["model_hash"]) if safety is None else safety
-    return content if beside is None else {**content, "safety": safety_content(beside)}
+    digest = content["model_hash"]
+    beside = answer_beside(out, "safety", ANSWER, digest) if safety is None else safety
+    key_blocks = answer_beside(out, "key-blocks", RECORD, digest)
+    content |= {} if beside is None else {"safety": safety_content(beside)}
+    return content if key_blocks is None else {**content, "key_blocks": key_blocks_content(key_blocks)}
 
 
 def _results(out: Path, progress: Callable[[str], None], *, pictures: bool) -> dict[str, Any]:

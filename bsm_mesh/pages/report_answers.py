@@ -1,28 +1,39 @@
-"""Parts of a report on a factor of safety and on a study."""
+"""Parts of a report on a factor of safety, on key blocks and on a study."""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bsm_mesh.errors import ModelError
+from bsm_mesh.folder.key_block_files import NET, PICTURE, RECORD, read_key_blocks
 from bsm_mesh.folder.own_files import read_json
 from bsm_mesh.folder.safety_files import ANSWER, STATES
 from bsm_mesh.folder.study_folder import IDENTITY, STUDY, SUMMARY
-from bsm_mesh.pages.report_results import picture_data
+from bsm_mesh.modelfile.model_text import MODEL
+from bsm_mesh.pages.report_results import SPACE, input_tables, picture_data
 from bsm_mesh.text.headings import PICTURES_FOLDER
+from bsm_mesh.text.key_block_text import key_block_lines, key_block_table, unstable_rows
 from bsm_mesh.text.safety_text import rows_of
 from bsm_mesh.text.study_tables import study_rows
 
 MECHANISM, MOVEMENT = "mechanism.png", "movement.png"
+BLOCK_THEORY = (
+    "Block theory (Goodman and Shi 1985): blocks are rigid and translate; they do not rotate.",
+    "Stress in the rock round a block is not considered.",
+    "The support is a uniform pressure on the free faces of a block that brings the required factor of safety.",
+)
 
 
-def safety_beside(out: Path, model_hash: str) -> Path | None:
-    """Return the folder ``OUT-safety`` if its answer is of a model with this digest."""
+def answer_beside(out: Path, word: str, record: str, model_hash: str) -> Path | None:
+    """Return the folder of another answer, ``OUT-word``, if its record is of a model with this digest."""
     folder = out.absolute()
-    beside = folder.with_name(f"{folder.name}-safety")
-    return beside if read_json(beside / ANSWER).get("model_hash") == model_hash else None
+    beside = folder.with_name(f"{folder.name}-{word}")
+    return beside if read_json(beside / record).get("model_hash") == model_hash else None
 
 
 def safety_content(folder: Path) -> dict[str, Any]:
@@ -34,11 +45,7 @@ def safety_content(folder: Path) -> dict[str, Any]:
         If the folder does not hold one, or it is damaged.
     """
     told = read_json(folder / ANSWER)
-    shown = [
-        (caption, picture_data(folder / name))
-        for name, caption in ((MECHANISM, "mechanism"), (MOVEMENT, "movement"))
-        if (folder / name).is_file()
-    ]
+    shown = _pictures(folder, ((MECHANISM, "mechanism"), (MOVEMENT, "movement")))
     try:
         states = [name for name in STATES if told[name] is not None]
         return {
@@ -53,6 +60,59 @@ def safety_content(folder: Path) -> dict[str, Any]:
         }
     except (AttributeError, LookupError, TypeError, ValueError) as error:
         raise ModelError(f"{folder / ANSWER} is damaged or missing; run bsm-mesh safety again") from error
+
+
+def key_blocks_content(folder: Path) -> dict[str, Any]:
+    """Return the part of the page on key blocks: lines, tables and pictures, by the files of `bsm-mesh key-blocks`.
+
+    Raises
+    ------
+    ModelError
+        If the folder does not hold them, or they are damaged.
+    """
+    told, columns = read_key_blocks(folder)
+    shown = _pictures(folder, ((PICTURE, "blocks at free faces"), (NET, "joints")))
+    try:
+        rows = unstable_rows(columns)
+        header, unstable = key_block_table(columns, rows)
+        others = np.setdiff1d(np.arange(len(columns["block"])), rows)
+        return {
+            "title": told["title"],
+            "fields": told["report"],
+            "lines": key_block_lines(told, columns),
+            "header": header,
+            "unstable": unstable,
+            "others": key_block_table(columns, others)[1],
+            "proofs": [(name, proof["text"]) for name, proof in told["limit_analysis"].items()],
+            "notes": told["notes"],
+            "pictures": shown,
+            "versions": told["versions"],
+            "model_hash": told["model_hash"],
+        }
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        raise ModelError(f"{folder / RECORD} is damaged; run bsm-mesh key-blocks again") from error
+
+
+def key_blocks_page(folder: Path) -> dict[str, Any]:
+    """Return a page on key blocks alone, with the input on which they rest; errors as of `key_blocks_content`."""
+    content = key_blocks_content(folder)
+    try:
+        model = (folder / MODEL).read_text(encoding="utf-8")
+        return {
+            **{name: content[name] for name in ("title", "fields", "versions", "model_hash")},
+            "heading": "",
+            "key_blocks": content,
+            "input": input_tables(model),
+            "assumptions": (SPACE, *BLOCK_THEORY),
+            "model": model,
+        }
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{folder / MODEL} is damaged or missing; run bsm-mesh key-blocks again") from error
+
+
+def _pictures(folder: Path, names: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return captions and pictures of those that are there."""
+    return [(caption, picture_data(folder / name)) for name, caption in names if (folder / name).is_file()]
 
 
 def is_study(out: Path) -> bool:

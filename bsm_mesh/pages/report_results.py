@@ -86,7 +86,7 @@ def content_of(out: Path) -> dict[str, Any]:
         "spread_text": spread_text(results.spread) if results.spread else "",
         "facts": _facts(results),
         "assumptions": (SPACE if in_space(results.blocks) else PLANE, *ASSUMPTIONS),
-        "input": _input(model),
+        "input": input_tables(model),
         "model": model,
         "quality": _quality(results),
         **_pictures(out, [stage.name for stage in results.stages]),
@@ -193,13 +193,13 @@ def _quality(results: Results) -> Rows:
     ]
 
 
-def _input(model: str) -> list[tuple[str, Rows]]:
+def input_tables(model: str) -> list[tuple[str, Rows]]:
     """Return the tables of a model file as it was run, with units: rocks, joints and all else that is not empty."""
     content = tomllib.loads(model) if model else {}
     tables: list[tuple[str, dict[str, Any]]] = []
     for kind in ("rock", "joint"):
         tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
-    for kind in ("slope", "gravity", "in_situ", "water", "flow", "falls", "solver"):
+    for kind in ("slope", "key_blocks", "gravity", "in_situ", "water", "flow", "falls", "solver"):
         tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
     for kind in ("joint_set", "joint_plane", "excavation", "support", "load", "bolt", "stage"):
         name = kind.replace("_", " ")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,8 +22,11 @@ SAME = 6  # digits of a normal: faces of one plane are one pole
 def draw_joint_net(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
     """Return the stereonet of the joints as given; None in the plane, and where there are no joints."""
     blocks = results.blocks
-    if not in_space(blocks) or not blocks.joint_names:
-        return None
+    return joint_net(blocks, _least_friction(results), title, figure) if in_space(blocks) else None
+
+
+def joint_net(blocks: Any, friction: float | None, title: str, figure: Figure | None = None) -> Figure | None:
+    """Return the stereonet of the joints of polyhedra, with circles of a friction angle [degrees]; None without any."""
     from bsm_mesh.geometries.stereonet import draw_net, draw_sets, finish_net, friction_circles
 
     polygons = blocks.contact_polygons
@@ -38,7 +42,7 @@ def draw_joint_net(results: Results, title: str, figure: Figure | None = None) -
     draw_net(axes)
     draw_sets(axes, sets)
     turn = np.radians(np.arange(361))
-    for radius, style, what in friction_circles(_least_friction(results)):
+    for radius, style, what in friction_circles(friction):
         axes.plot(radius * np.sin(turn), radius * np.cos(turn), style, color="firebrick", lw=1, label=what)
     finish_net(axes, "joints, equal area, lower hemisphere", below=True)
     entitle(figure, title)
@@ -59,11 +63,15 @@ def orientations(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.degrees(np.arccos(np.minimum(up[:, 2], 1.0))), np.degrees(np.arctan2(up[:, 0], up[:, 1])) % 360.0
 
 
+def least_friction(angles: Iterable[float | None]) -> float | None:
+    """Return the least of some friction angles between 0 and 90 degrees, or None where there is none [degrees]."""
+    return min((float(angle) for angle in angles if angle is not None and 0 < angle < 90), default=None)
+
+
 def _least_friction(results: Results) -> float | None:
-    """Return the least friction angle of the joints in the first stage, or None where none is given [degrees]."""
+    """Return that of the joints in the first stage."""
     stage = results.stages[0]
     if stage.evidence is None:
         return None
     of: IntArray = np.unique(stage.evidence.law[stage.contacts.joint >= 0])
-    angles = [stage.evidence.laws[number].get("friction") for number in of.tolist()]
-    return min((float(angle) for angle in angles if angle is not None and 0 < angle < 90), default=None)
+    return least_friction(stage.evidence.laws[number].get("friction") for number in of.tolist())

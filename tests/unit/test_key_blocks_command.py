@@ -56,7 +56,15 @@ def test_what_falls_is_printed_and_written(case: Case) -> None:
     assert "1 fall and 0 slide below a factor of 1: 2.309 m3 in all" in said
     assert "falls 0.000 2.309 60.04 kN 15.01 kPa" in said
     assert {name for name in outcome.new if name.startswith("out/roof")} >= {
-        f"out/roof-key-blocks/{name}" for name in ("key_blocks.csv", "blocks.vtu", "contacts.vtu", "key_blocks.png")
+        f"out/roof-key-blocks/{name}"
+        for name in (
+            "key_blocks.json",
+            "key_blocks.csv",
+            "blocks.vtu",
+            "contacts.vtu",
+            "key_blocks.png",
+            "stereonet.png",
+        )
     }
     with (case.folder / "out/roof-key-blocks/key_blocks.csv").open(encoding="utf-8", newline="") as file:
         (row,) = [row for row in csv.DictReader(file) if row["mode"] == "falls"]
@@ -64,7 +72,7 @@ def test_what_falls_is_printed_and_written(case: Case) -> None:
     told = json.loads(case.run("key-blocks", "roof.toml", "--json", "--no-picture", "-o", "second").out)
     assert told["falls"] == [int(row["block"])]
     assert told["slides"] == {}
-    assert len(told["files"]) == 3
+    assert len(told["files"]) == 5
 
 
 def test_a_wedge_in_a_slope_has_its_factor(case: Case) -> None:
