@@ -200,8 +200,12 @@ def numbered(noun: str, ids: Iterable[int], most: int = 8) -> str:
 
 
 def place(point: Iterable[float]) -> str:
-    """Return ``"(x, y)"`` in six digits, or to the millimetre where that takes more (on a national grid), up to 15."""
-    return "(" + ", ".join(f"{x:.{min(15, max(6, len(f'{abs(x):.0f}') + 3))}g}" for x in point) + ")"
+    """Return ``"(x, y)"`` in six digits, or to the millimetre where that takes more (on a national grid), up to 15.
+
+    Less than a nanometre is 0.
+    """
+    parts = [0.0 if abs(x) < 1e-9 else x for x in point]
+    return "(" + ", ".join(f"{x:.{min(15, max(6, len(f'{abs(x):.0f}') + 3))}g}" for x in parts) + ")"
 
 
 def listing(ids: Iterable[int], most: int = 8) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh import space
 from bsm_mesh.errors import counted
+from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faces import count_faces
 from bsm_mesh.model.flow import Flow, FlowChange
 from bsm_mesh.model.joint_laws import MohrCoulomb
@@ -52,6 +53,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_unusual(model, rocks, joints),
         *_of_ground(model),
         *_of_levels(model),
+        *of_water_on_excavations(model),
         *of_stages(model),
         *(() if fails else _of_strength_that_does_not_matter(model)),
     ]

@@ -21,6 +21,7 @@ from bsm_mesh.version import __version__
 
 SCHEMA_VERSION = 1  # what ModelFile describes
 MAX_BYTES = 64 << 20
+MAX_KEYS = 30  # of a table in a message: no table has more
 MEMBER = re.compile(r"(function|lax|constrained|list|tuple|dict|union|literal|nullable)[a-z-]*\[")  # pydantic's
 MESHES = (".msh", ".vtu", ".vtk", ".inp", ".unv", ".bdf", ".med", ".geo")  # endings that are no model file's
 TOO_WIDE = "has more digits than TOML knows (64 bits); correct it"
@@ -153,8 +154,7 @@ def sentences(error: ValidationError, root: type[Table] = ModelFile) -> Iterator
             continue
         kind, given = fault["type"], fault["input"]
         if kind == "extra_forbidden":
-            known = nearest(str(path[-1]), _known_keys(path[:-1], root))
-            yield f"{_place(path[:-1], root)}: unknown key '{path[-1]}'{known}"
+            yield f"{_place(path[:-1], root)}: unknown key '{path[-1]}'{_where_it_belongs(path, root)}"
         elif kind == "missing":
             yield f"{_place(path[:-1], root)}: needs the key '{path[-1]}'{_how_to_give(path, root)}"
         elif kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -233,9 +233,19 @@ def _fields(table: type[BaseModel]) -> dict[str, FieldInfo]:
     return {field.alias or name: field for name, field in table.model_fields.items()}
 
 
-def _known_keys(path: list[int | str], root: type[Table]) -> list[str]:
-    table = _table_at(path, root)
-    return list(_fields(table)) if table is not None else []
+def _where_it_belongs(path: list[int | str], root: type[Table]) -> str:
+    """Return the tables within a table that have an unknown key, else the known keys."""
+    table, key = _table_at(path[:-1], root), str(path[-1])
+    if table is None:
+        return nearest(key, [])
+    fields = _fields(table)
+    inner = {name: _table_in(field.annotation) for name, field in fields.items() if _is_one_table(field.annotation)}
+    homes = [f"{name} = {{ {key} = ... }}" for name, kind in inner.items() if kind is not None and key in _fields(kind)]
+    return f"; it belongs in {' or '.join(homes)}" if homes else nearest(key, fields, most=MAX_KEYS)
+
+
+def _is_one_table(annotation: Any) -> bool:
+    return not re.search(r"(dict|list|tuple)\[", str(annotation))
 
 
 def _table_at(path: list[int | str], root: type[Table]) -> type[Table] | None:

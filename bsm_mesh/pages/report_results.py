@@ -103,9 +103,10 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     at = place(results.blocks.moments.centroid[most].round(2))  # to the centimetre
     rows: Rows = list(describe(results, stage))
     rows.insert(2, ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"))
-    rows.append(
-        ("greatest displacement in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}")
-    )
+    if moved[most] > 0:
+        rows.append(
+            ("greatest displacement in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}")
+        )
     rows += balance_rows(results, stage)
     if stage.unstable_blocks.size:
         rows.append(("unstable blocks", numbered("block", stage.unstable_blocks)))

@@ -159,8 +159,7 @@ def draw_deformation(sheet: Sheet) -> str | None:
     sheet.explain("initial outline", color="#0072b2", linewidth=1.2, linestyle="--")
     told = add_gone(sheet, note="drawn in the initial position")
     how = f"exaggerated {factor:g} times" if factor > 1 else "true to scale"
-    tied = ", at most a tenth of the free space's size" if factor > 1 and scene.opening else ""
-    return f"deformation, {how}{tied}{told}"
+    return f"deformation, {how}{told}"
 
 
 def draw_final_position(sheet: Sheet) -> str | None:

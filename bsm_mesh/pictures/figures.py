@@ -29,11 +29,9 @@ def paper(size: tuple[float, float], dpi: float = 100.0) -> Figure:
 
 def entitle(figure: Figure, title: str) -> None:
     """Write the title as every picture has it, broken where it is too wide, and pale frames round its axes."""
-    breaks = "$" not in title  # Matplotlib measures a line to be broken as a formula, even where it may be none
-    if not breaks:
-        width = round(LETTERS * figure.get_figwidth())
-        title = "\n".join("\n".join(wrap(line, width)) for line in title.splitlines())
-    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False, wrap=breaks)
+    width = round(LETTERS * figure.get_figwidth())  # Matplotlib breaks a line after it has made room for one line
+    title = "\n".join("\n".join(wrap(line, width)) for line in title.splitlines())
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False)
     for axes in figure.axes:
         for side in axes.spines.values():
             side.set_color(FRAME)

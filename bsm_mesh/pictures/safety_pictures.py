@@ -64,10 +64,10 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Pa
         axes.axvspan(safety.stable, safety.unstable, color="#fdd835", alpha=0.6, label="the limit lies here")
     if np.isfinite(safety.limit.factor):
         axes.axvline(safety.limit.factor, color="black", linestyle="--", linewidth=1, label="bound by limit analysis")
-    axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="failure above this movement")
+    axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="failure above this displacement")
     axes.set_yscale("log")
     axes.set_xlabel(f"{safety.quantity} [{safety.unit}]" if safety.unit else safety.quantity, parse_math=False)
-    axes.set_ylabel("greatest movement of a block over its size")
+    axes.set_ylabel("greatest displacement of a block, in parts of its size")
     axes.legend(fontsize=8, frameon=False)
     entitle(figure, title)
     save(figure, path)
@@ -79,6 +79,7 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
     corners = next(iter(safety.states.values())).blocks.vertices
     width, height = corners.max(axis=0) - corners.min(axis=0)
     figure = paper((13.0, 1.7 + 6.2 * float(np.clip(height / width, 0.25, 1.5))), DPI)
+    figure.set_layout_engine("compressed", h_pad=0.08)  # axes of equal scales leave room for title and key
     sheets = []
     if good is not None and good in safety.states:
         sheet = new_sheet(_scene(safety.states[good]), figure, (1, 2, 1))

@@ -46,8 +46,8 @@ def draw_water(sheet: Sheet) -> str | None:
     add_gravity(sheet)
     told = add_gone(sheet, TRUE)
     return (
-        f"water pressure along the faces, greatest {engineering(greatest, 'Pa')}; bands as wide as it is great, "
-        f"in joints to both sides, on outer faces outside{told}"
+        f"water pressure along the faces, greatest {engineering(greatest, 'Pa')}; the width of a band shows "
+        f"the pressure{told}"
     )
 
 

@@ -175,7 +175,7 @@ class StepRecord:
         Maximum norm of the residual: largest force (or moment over radius of gyration) on a block, over the reference
         weight.
     max_displacement : float [m]
-        Greatest displacement of a centroid so far.
+        Greatest displacement of a centroid in the stage, without blocks too small to count (``falls.ignore_below``).
     newton_iterations, factorizations : int
         Spent on this step.
     open_contacts, slipping_contacts : int

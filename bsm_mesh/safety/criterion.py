@@ -107,9 +107,13 @@ class Failure:
         if reference is None or not far.size:
             return Judgement(Verdict.STABLE, ended.reason)
         worst = int(parts.argmax())
+        most = f"{100 * parts[worst]:.3g} % of its size"
+        blocks_and_most = f"block {worst} moved by {most}"
+        if far.size > 1:
+            blocks_and_most = f"{numbered('block', far, 4)} moved, block {worst} by {most}"
         reason = (
-            f"at rest, but {numbered('block', far, 4)} moved by more than {100 * self.movement:g} % of its size "
-            f"from the reference state (block {worst} by {100 * parts[worst]:.3g} %)"
+            f"at rest, but {blocks_and_most}, compared with the state at {reference.value:.4g} "
+            f"(limit: {100 * self.movement:g} %)"
         )
         return Judgement(Verdict.UNSTABLE, reason, far)
 

@@ -270,7 +270,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     ]
     rows += [(f"rock {name}", counted(count, "block")) for name, count in report["rocks"].items()]
     rows += [(f"joint {name}", f"{length:.4g} m") for name, length in report["joint_lengths"].items()]
-    rows += [("unjointed faces", f"{report['unjointed_length']:.4g} m")]
+    rows += [("unjointed rock", f"{report['unjointed_length']:.4g} m")]
     rows += [(f"dangling {name}", counted(count, "piece")) for name, count in report["dangling_joints"].items()]
     rows += part_rows(report, "edge")
     if report["bolts"]:

@@ -75,6 +75,6 @@ def space_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     ]
     rows += [(f"rock {name}", counted(count, "block")) for name, count in report["rocks"].items()]
     rows += [(f"joint {name}", f"{area:.4g} m2") for name, area in report["joint_areas"].items()]
-    rows += [("unjointed faces", f"{report['unjointed_area']:.4g} m2")]
+    rows += [("unjointed rock", f"{report['unjointed_area']:.4g} m2")]
     rows += part_rows(report, "face")
     return rows + [(meaning, listed(report[key], report["first_at"].get(key))) for key, meaning in TROUBLE.items()]

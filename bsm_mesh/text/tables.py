@@ -269,7 +269,7 @@ def fall_reasons(results: Results) -> list[str]:
     return [f"{named_stage(name)}: {numbered('block', blocks)}: {reason}" for (name, reason), blocks in said.items()]
 
 
-STAGE_HEADER = ("stage", "verdict", "blocks", "displacement", "in all stages")
+STAGE_HEADER = ("stage", "verdict", "blocks", "displacement", "since the start")
 
 
 def stage_rows(results: Results) -> list[tuple[str, ...]]:

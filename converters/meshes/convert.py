@@ -28,7 +28,7 @@ from bsm_mesh.converters.meshes.marks import Marks, mark
 from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
 from bsm_mesh.converters.meshes.regions import merge_regions
 from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
-from bsm_mesh.errors import MeshWarning, ModelError, listing, one_line, raise_faults
+from bsm_mesh.errors import MeshWarning, ModelError, counted, listing, one_line, raise_faults
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import EdgeTable, LongArray
@@ -234,7 +234,7 @@ def _assemble(
         edge_joint=edge_joint,
         joint_names=tuple(joint_names),
         boundaries=boundaries.edges,
-        excavations=_excavations(named, block_of),
+        excavations=_excavations(cells.source, named, block_of),
     )
     bolts = {
         name: ends[np.unique(np.concatenate([part.pieces for part in parts]))]
@@ -266,12 +266,26 @@ def _refuse_overlaps(cells: MeshCells, block_of: LongArray, overlaps: Overlaps) 
         raise ModelError([f"{cells.source}: {fault}" for fault in overlaps.faults(numbers, "elements")])
 
 
-def _excavations(named: NamedGroups, block_of: LongArray) -> dict[str, IntArray]:
-    found = {}
+def _excavations(source: str, named: NamedGroups, block_of: LongArray) -> dict[str, IntArray]:
+    """Return the blocks of every excavation.
+
+    Raises
+    ------
+    ModelError
+        If an excavation has surfaces, and none of them is in a rock: each must be in two groups.
+    """
+    found, faults = {}, []
     for name, parts in named.of(GroupKind.EXCAVATION).items():
-        blocks = np.unique(block_of[np.concatenate([part.elements for part in parts])])
+        elements = np.concatenate([part.elements for part in parts])
+        blocks = np.unique(block_of[elements])
         if np.any(blocks >= 0):
             found[name] = blocks[blocks >= 0].astype(np.int32)
+        elif elements.size:
+            faults.append(
+                f"{source}: 'excavation:{name}': none of its {counted(elements.size, 'element')} is in a rock; add the "
+                "surfaces to a group rock:NAME too, and save as MSH 4.1 (MSH 2.2 keeps one group of each surface)"
+            )
+    raise_faults(faults)
     return found
 
 

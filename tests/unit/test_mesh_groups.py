@@ -76,6 +76,12 @@ def test_elements_in_no_rock_are_left_out_and_counted() -> None:
     assert "elements 1, near (1, 0)" in report.notes[0].text
 
 
+def test_an_excavation_outside_all_rocks_is_an_error() -> None:
+    """Each excavated surface is in two groups, its rock and the excavation: forgotten, nothing was to be excavated."""
+    with pytest.raises(ModelError, match=r"'excavation:1': none of its 2 elements is in a rock; .*rock:NAME too"):
+        convert({"rock:a": [[0], []], "excavation:1": [[1, 2], []]})
+
+
 def test_groups_of_other_names_and_empty_groups_are_reported() -> None:
     _, report = convert({"rock:a": [[0, 1, 2], []], "Fault": [[], [0]], "Clay": [[1], []], "joint:J9": [[], []]})
     assert report.about(NoteKind.UNKNOWN_GROUP) == {"Clay": 1, "Fault": 1}

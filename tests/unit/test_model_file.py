@@ -158,6 +158,11 @@ def test_ground_and_stages_in_the_file_and_in_python(case: Case) -> None:
         ('excavate = ["1"', 'excavate = [1.5, "1"', ["[[stage]] number 1", "excavation group"]),
         ('["1", 2', '["one", 2', ["stage 'dug'", "no excavation 'one'"]),
         ("fill = [2]", "fil = [2]", ["[[stage]] number 2", "unknown key 'fil'", "did you mean 'fill'"]),
+        (
+            "fill = [2]",
+            "table = [[0, 3]]",
+            ["[[stage]] number 2: unknown key 'table'; it belongs in water = { table = ... }"],
+        ),
         ("relaxation = [0.5, 1]", "relaxation = [1, 0.5]", ["stage 'dug'", "must rise"]),
         ("in_situ = true", "in_situ = false", ["stage 'dug': load 1", "in_situ = true"]),
         ("in_situ = true", 'pressur = "1 kPa"', ["[[stage]] number 1, load.0", "did you mean 'pressure'"]),

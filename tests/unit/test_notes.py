@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -120,6 +121,17 @@ def test_ground_above_the_model_that_a_load_stands_for_is_no_slip() -> None:
     deep = PLAIN.replace(in_situ=bsm.InSitu(surface=900.0))
     assert len(notes_of(deep)) == 1
     assert notes_of(deep.replace(loads=[bsm.InSituTraction(boundary="top")])) == []
+
+
+def test_water_above_excavated_surfaces() -> None:
+    """The table crosses an excavated block of 1 m: water presses on its floor, as deep as the table is above it."""
+    dug, wet = bsm.Stage(name="dug", excavate=(3,)), bsm.Water(table=[(0, 1.75)])
+    says = "stage 'dug': the water table lies up to 0.75 m above excavated surfaces, deepest at (1.5, 1): the water"
+    note = next(iter(notes_of(PLAIN.replace(water=wet, stages=[dug]))))
+    assert note.startswith(says)
+    assert notes_of(PLAIN.replace(stages=[replace(dug, water=wet)])) == [note]
+    assert not notes_of(PLAIN.replace(water=wet, stages=[replace(dug, water=bsm.Water())]))
+    assert not notes_of(PLAIN.replace(water=bsm.Water(table=[(0, 1)]), stages=[dug]))
 
 
 def test_faces_without_strength() -> None:

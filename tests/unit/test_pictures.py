@@ -238,9 +238,7 @@ def test_what_stands_is_not_drawn_as_if_it_collapsed() -> None:
     assert scene.opening == pytest.approx(1.0)
     shown = scene.exaggeration * np.hypot(*scene.corner_movement.T).max()
     assert 0.04 < shown <= 0.1
-    assert f"exaggerated {scene.exaggeration:g} times, at most a tenth of the free space" in texts(
-        figure_of(results, "deformation")
-    )
+    assert f"exaggerated {scene.exaggeration:g} times" in texts(figure_of(results, "deformation"))
 
 
 def test_the_outline_leaves_out_what_blocks_share() -> None:

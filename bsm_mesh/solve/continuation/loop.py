@@ -249,7 +249,7 @@ class Continuation:
             stage=0,
             step=number,
             residual=residual,
-            max_displacement=float(distances(position - self.origin).max()),
+            max_displacement=float((distances(position - self.origin) * ~self.collapse.small).max()),
             newton_iterations=self.factors.count - before,
             factorizations=self.factors.count - before,
             open_contacts=int((contacts.within_tolerance & ~at.closed).sum()),
