@@ -232,8 +232,8 @@ def interior_notes(boundaries: dict[str, IntArray], coverage: Coverage, vertices
         inside = edges[coverage.paired[edges]]
         if inside.size:
             text = (
-                f"'boundary:{name}' lies between blocks along {inside.size} edges ({places(vertices[inside])}): right for "
-                "the face of a later excavation; until then a pressure on it acts on both sides"
+                f"'boundary:{name}' lies between blocks along {inside.size} edges ({places(vertices[inside])}): right "
+                "for the face of a later excavation; until then a pressure on it acts on both sides"
             )
             notes.append(Note(kind=NoteKind.INTERIOR, name=f"boundary:{name}", count=int(inside.size), text=text))
     return notes
