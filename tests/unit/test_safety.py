@@ -66,7 +66,8 @@ def test_a_block_that_moves_far_and_rests_has_failed():
     assert found.reference == 1.0
     bad = next(trial for trial in found.trials if trial.value == found.bracket.unstable)
     assert bad.blocks.tolist() == [1]
-    assert "5.02 % of its size" in bad.reason and "(limit: 5 %)" in bad.reason
+    assert "5.02 % of its size" in bad.reason
+    assert "(limit: 5 %)" in bad.reason
 
 
 def test_undecided_trials_keep_the_bracket_open():
