@@ -27,6 +27,7 @@ from bsm_mesh.model.unused import unused_in, used_joints, used_rocks
 from bsm_mesh.model.water import Water
 
 SIDEWAYS = 0.5  # of gravity, upwards: more than 60 degrees off is most likely another unit, or a sign
+UNBALANCED = 0.1  # of the mean unit weight: rocks of several weights have no field in equilibrium
 SMALLEST, GREATEST = 0.1, 2e3  # m: beyond specimens and the greatest slopes (1 km high) the unit is most likely another
 
 
@@ -52,6 +53,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_strength(rocks, joints),
         *of_unusual(model, rocks, joints),
         *_of_ground(model),
+        *_of_field_and_weights(model),
         *_of_levels(model),
         *of_water_on_excavations(model),
         *of_stages(model),
@@ -235,6 +237,23 @@ def _of_ground(model: Model) -> Iterator[str]:
         lowest = min((y for table in water.table for _, y in table), default=-math.inf)
         if lowest > high + (high - low):
             yield f"{place}: the table lies {lowest - high:.6g} m above the top of the model (y = {high:.6g} m)"
+
+
+def _of_field_and_weights(model: Model) -> Iterator[str]:
+    """Say that a field given by its components is not in equilibrium with the weights."""
+    field = model.in_situ
+    if field is None or field.method != "direct" or field.stress is None:
+        return
+    weight = {rock.name: rock.unit_weight for rock in model.rocks}
+    area = model.blocks.moments.area
+    mean = float(np.array([weight[name] for name in model.blocks.rock_names])[model.blocks.rock] @ area / area.sum())
+    (_, xx_x, _), (_, _, yy_y), (_, xy_x, xy_y) = field.stress
+    off = np.array([xx_x + xy_y, xy_x + yy_y]) + mean * unit_vector(model.gravity_direction)
+    if np.hypot(*off) > UNBALANCED * mean > 0:
+        yield (
+            "in_situ: stress does not balance the weights, and blocks move in the stage initial. "
+            f"The mean unit weight is {mean:.4g} N/m^3; below level ground that balances yy = [c, 0, {mean:.4g}]"
+        )
 
 
 def _waters(model: Model) -> Iterator[tuple[str, Water]]:

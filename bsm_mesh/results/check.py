@@ -10,6 +10,7 @@ import numpy as np
 
 from bsm_mesh import space
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.results.records import StageResult
@@ -41,6 +42,8 @@ class Check:
         over the median volume.
     bulk : str
         Kind of both: area or volume.
+    where : str
+        The two blocks of the plane that overlap most, where `overlap` is beyond its tolerance.
     """
 
     block_residual: float
@@ -51,6 +54,7 @@ class Check:
     utilisation: float = 0.0
     overlap: float = 0.0
     bulk: str = "area"
+    where: str = ""
 
     @property
     def ok(self) -> bool:
@@ -73,8 +77,7 @@ class Check:
             (self.utilisation <= 1 + UTILISATION, f"a contact carries {self.utilisation:.6g} times its shear strength"),
             (
                 self.overlap <= OVERLAP,
-                f"blocks have passed into each other {'(corners that met in a point) ' * (self.bulk == 'area')}by "
-                f"{self.overlap:.2g} of a block's {self.bulk}",
+                f"blocks have passed into each other by {self.overlap:.2g} of a block's {self.bulk}{self.where}",
             ),
         )
         return tuple(text for holds, text in told if not holds)  # not a number holds nothing
@@ -104,9 +107,8 @@ def check_results(results: Results) -> Check:
     """Return the check of all stages."""
     found = [_check_stage(results, stage) for stage in results.stages]
     worst = max(found, key=lambda check: _excess(check.block_residual, check.rounding))
-    return replace(
-        worst, **{name: max(getattr(check, name) for check in found) for name in ("balance", "utilisation", "overlap")}
-    )
+    greatest = {name: max(getattr(check, name) for check in found) for name in ("balance", "utilisation", "overlap")}
+    return replace(worst, **greatest, where=max(found, key=lambda check: check.overlap).where)
 
 
 def _check_stage(results: Results, stage: StageResult) -> Check:
@@ -118,6 +120,7 @@ def _check_stage(results: Results, stage: StageResult) -> Check:
     rounding = _rounding(results, stage) / reference
     worst = int(_excess(residual, rounding).argmax())
     used = _finite(stage.contacts.utilisation.max(initial=0.0))
+    overlap = 0.0 if results.has_small_displacements else _finite(unexplained_overlap(results.blocks, stage))
     return Check(
         block_residual=_finite(residual[worst]),
         worst_block=worst,
@@ -125,7 +128,8 @@ def _check_stage(results: Results, stage: StageResult) -> Check:
         tolerance=results.tolerance if fails else min(results.tolerance, LINEAR_TOLERANCE),
         rounding=float(rounding[worst]),
         utilisation=used if fails else 0.0,
-        overlap=0.0 if results.has_small_displacements else _finite(unexplained_overlap(results.blocks, stage)),
+        overlap=overlap,
+        where=_greatest_overlap(results.blocks, stage) if overlap > OVERLAP else "",
     )
 
 
@@ -140,17 +144,34 @@ def _excess(residual: Any, rounding: Any) -> Any:
 
 def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
     """Return the overlapping area less the closure of the contacts times their length, over the size squared."""
-    evidence = stage.evidence
+    from bsm_mesh.results.shared_area import shared_area  # compiled code: not before it is needed
+
     closure = float((np.maximum(-stage.contacts.opening, 0.0) * stage.contacts.length).sum())
+    return (shared_area(*_outlines_there(blocks, stage)) - closure) / float(np.median(blocks.moments.area))
+
+
+def _greatest_overlap(blocks: Blocks, stage: StageResult) -> str:
+    """Return which two blocks share the greatest area, where, and the most likely reasons."""
+    from bsm_mesh.results.shared_area import greatest_pair  # compiled code: not before it is needed
+
+    one, other = np.flatnonzero(stage.present)[list(greatest_pair(*_outlines_there(blocks, stage)))].tolist()
+    at = place(blocks.moments.centroid[min(one, other, key=lambda block: blocks.moments.area[block])].round(2))
+    return (
+        f", most blocks {one} and {other} near {at}: corners that met in a point, or fill placed over displaced "
+        "rock; divide the blocks differently there, or release less stress before the fill"
+    )
+
+
+def _outlines_there(blocks: Blocks, stage: StageResult) -> tuple[FloatArray, IntArray]:
+    """Return corners and offsets of the blocks that are there, at the end of a stage."""
+    evidence = stage.evidence
     if evidence is not None and evidence.outline is not None and evidence.outline_offsets is not None:
         corners, offsets = evidence.outline - evidence.outline[0], evidence.outline_offsets
     else:
         corners, offsets = _placed_corners(blocks, stage), blocks.offsets
-    from bsm_mesh.results.shared_area import shared_area  # compiled code: not before it is needed
-
     there = np.repeat(stage.present, np.diff(offsets))
     starts = np.concatenate([[0], np.cumsum(np.diff(offsets)[stage.present])]).astype(np.int32)
-    return (shared_area(corners[there], starts) - closure) / float(np.median(blocks.moments.area))
+    return corners[there], starts
 
 
 def _placed_corners(blocks: Blocks, stage: StageResult) -> FloatArray:

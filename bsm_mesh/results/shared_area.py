@@ -24,12 +24,24 @@ def shared_area(corners: FloatArray, offsets: IntArray) -> float:
     offsets : (n_blocks + 1,) int32
         Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
     """
+    return float(_pair_areas(corners, offsets, *_near_pairs(corners, offsets)).sum())
+
+
+def greatest_pair(corners: FloatArray, offsets: IntArray) -> tuple[int, int]:
+    """Return the two blocks that share the greatest area; arguments as `shared_area` takes them."""
+    left, right = _near_pairs(corners, offsets)
+    most = int(_pair_areas(corners, offsets, left, right).argmax())
+    return int(left[most]), int(right[most])
+
+
+def _near_pairs(corners: FloatArray, offsets: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the pairs of blocks whose boxes meet, (k,) each."""
     import shapely
 
     boxes = _boxes(corners, offsets)
     left, right = shapely.STRtree(boxes).query(boxes)
     first = left < right
-    return float(_pair_areas(corners, offsets, left[first], right[first]).sum())
+    return left[first], right[first]
 
 
 def shares_inside(corners: FloatArray, offsets: IntArray, blocks: IntArray) -> FloatArray:

@@ -62,9 +62,9 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
             part, small = part_of(part, ~moves), small[~moves]
     except ModelError as error:
         why = str(error).removeprefix("limit analysis: ")
-        return Limit(factor=math.inf, text=f"no bound by limit analysis: {why}")
+        return Limit(factor=math.inf, text=f"no upper bound: {why}")
     if math.isinf(found.beyond):  # nothing is proved: no limit, or contacts that limit analysis leaves out
-        text = f"no bound by limit analysis: {found.proof.text}"
+        text = f"no upper bound: {found.proof.text.removeprefix('no limit: ')}"
         return Limit(factor=math.inf, text=text, unproved=found.factor or math.inf)
     text = f"upper bound {found.beyond:.5g} (initial geometry): beyond it no forces within strength balance the loads"
     if found.factor == 0:

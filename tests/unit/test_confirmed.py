@@ -82,6 +82,7 @@ def test_blocks_inside_each_other(monkeypatch):
     stage = bsm.run(wall()).stages[-1]
     assert stage.status == "not_converged"
     assert "passed into each other" in stage.reason
+    assert "most blocks" in stage.reason
 
 
 def test_reactions_that_do_not_bear_the_loads(monkeypatch):

@@ -123,6 +123,17 @@ def test_ground_above_the_model_that_a_load_stands_for_is_no_slip() -> None:
     assert notes_of(deep.replace(loads=[bsm.InSituTraction(boundary="top")])) == []
 
 
+def test_a_field_out_of_balance_with_the_weights() -> None:
+    """Vertical stress of level ground grows downwards by the unit weight, 26 kN/m3; shear by xy may carry a part."""
+    balanced = bsm.InSitu(stress={"xx": -1e6, "yy": (-1e6, 0, 26e3)})
+    assert not notes_of(PLAIN.replace(in_situ=balanced))
+    by_shear = bsm.InSitu(stress={"xy": (0, 26e3, 0), "yy": -1e6})
+    assert not notes_of(PLAIN.replace(in_situ=by_shear))
+    (note,) = notes_of(PLAIN.replace(in_situ=bsm.InSitu(stress={"xx": -1e6, "yy": -1e6})))
+    assert note.startswith("in_situ: stress does not balance the weights")
+    assert note.endswith("yy = [c, 0, 2.6e+04]")
+
+
 def test_water_above_excavated_surfaces() -> None:
     """The table crosses an excavated block of 1 m: water presses on its floor, as deep as the table is above it."""
     dug, wet = bsm.Stage(name="dug", excavate=(3,)), bsm.Water(table=[(0, 1.75)])

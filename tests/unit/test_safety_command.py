@@ -119,7 +119,7 @@ def test_nothing_that_fails():
     found = bsm.factor_of_safety(incline(40.0, 0.0))
     rows = dict(answer_rows(found))
     assert rows["first unstable"] == "-"
-    assert rows["limit analysis"].startswith("no bound by limit analysis: no limit: forces within strength exist")
+    assert rows["limit analysis"].startswith("no upper bound: forces within strength exist")
 
 
 def test_the_limit_of_a_key(given, tmp_path):

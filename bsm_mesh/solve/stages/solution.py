@@ -341,7 +341,7 @@ def confirmed(stage: StageResult, check: Checker) -> StageResult:
     against = check(stage) if stage.status.is_at_rest else ()
     if not against:
         return stage
-    reason = f"{stage.reason} by the solution, but not by the independent check: {'; '.join(against)}"
+    reason = f"{stage.reason} was found, but the independent check refuses it: {'; '.join(against)}"
     return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
 
 
