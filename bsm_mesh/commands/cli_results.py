@@ -97,7 +97,8 @@ def view(out: Path) -> None:
     """Write the results in OUT as a page to explore, OUT/view.html.
 
     Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
-    click shows numbers. The page needs no other file and no network. It takes Bokeh: pip install bokeh.
+    click shows numbers. The page needs no other file and no network. It takes Bokeh, for polyhedra Plotly too: pip
+    install bokeh plotly.
     """
     with reading(out):
         from bsm_mesh.pages.view import write_view

@@ -19,6 +19,7 @@ NUMBERS = ("block_id", "block_a", "block_b", "bolt", "piece")  # tell which one 
 FORCES = ("load", "water", "reaction")  # x, y, moment
 Names = Mapping[str, tuple[str, ...]]
 STRESSES = ("stress", "stress_effective")  # XX YY ZZ XY YZ XZ
+SIX = ("xx", "yy", "zz", "xy", "yz", "xz")  # of a stress in space
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -43,7 +44,7 @@ class CellValues:
     names: tuple[str, ...] = ()
 
 
-def cell_values(kind: str, grid: Grid, given: Names) -> list[CellValues]:
+def cell_values(kind: str, grid: Grid, given: Names, *, in_space: bool = False) -> list[CellValues]:
     """Return what there is to look at in the cells of a file of a kind; arrays of several components one by one.
 
     Parameters
@@ -54,6 +55,8 @@ def cell_values(kind: str, grid: Grid, given: Names) -> list[CellValues]:
         The file.
     given : mapping of str to tuple of str
         Names of rocks and of joints, for the arrays ``rock`` and ``joint``; -1 is the last.
+    in_space : bool
+        Whether the blocks are polyhedra.
     """
     found = []
     for name, values in grid.cell_data.items():
@@ -63,10 +66,30 @@ def cell_values(kind: str, grid: Grid, given: Names) -> list[CellValues]:
         if parts.shape[1] == 1:
             names, only = _names(kind, name, given), parts[:, 0]
             only = np.where(only < 0, len(names) - 1, only) if names else only
-            found.append(CellValues(name=_words(name), unit=_units(kind, name)[0], values=only, names=names))
+            unit = _unit_in_space(kind, name) if in_space else _units(kind, name)[0]
+            found.append(CellValues(name=_words(name), unit=unit, values=only, names=names))
         else:
-            found += _components(kind, name, parts)
+            found += (_components_in_space if in_space else _components)(kind, name, parts)
     return found
+
+
+def _components_in_space(kind: str, name: str, parts: FloatArray) -> list[CellValues]:
+    """Return the components of an array in space: of a vector with its magnitude, or of a stress."""
+    chosen = dict(zip(SIX if name in STRESSES else "xyz", parts.T, strict=True))
+    whole = {} if name in STRESSES else {"": np.linalg.norm(parts, axis=1)}
+    unit = _unit_in_space(kind, name)
+    return [
+        CellValues(name=f"{_words(name)} {part}".strip(), unit=unit, values=values)
+        for part, values in (whole | chosen).items()
+    ]
+
+
+def _unit_in_space(kind: str, name: str) -> str:
+    """Return the unit of an array of polyhedra; that of bolts is the plane's."""
+    from bsm_mesh.converters.array_units import unit_of
+    from bsm_mesh.converters.three_d.stage_grids import UNITS
+
+    return unit_of(kind, name) if kind == "bolts" else UNITS.get(name, "").replace("^", "")  # m2, m3
 
 
 def _components(kind: str, name: str, parts: FloatArray) -> list[CellValues]:

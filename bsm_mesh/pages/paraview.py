@@ -10,9 +10,8 @@ from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.frames import frames_in
 from bsm_mesh.folder.saved_results import SavedResults, damage_told
-from bsm_mesh.folder.storage import load_results
 from bsm_mesh.movements import lengths
-from bsm_mesh.pictures.space_scene import SpaceScene
+from bsm_mesh.pages.view_space import view_of_space
 from bsm_mesh.text.exaggeration import exaggeration, size_of
 
 SCRIPT, TEMPLATE = "in_paraview.py", "in_paraview.py.j2"  # a paraview.py would hide ParaView's own module
@@ -75,7 +74,6 @@ def _movements(saved: SavedResults) -> tuple[float, float, float]:
 
 def _view_of_space(out: Path) -> dict[str, Any]:
     """Return the view of polyhedra: as of the pictures, through the blocks where an excavation or bolts lie within."""
-    scene = SpaceScene(results=load_results(out), number=-1, title="")
-    within = scene.cut or any(stage.bolts.count for stage in scene.results.stages)
-    axes = tuple(tuple(round(part, 6) for part in axis) for axis in scene.eye.axes.tolist())
-    return {"in_space": True, "axes": repr(axes), "opacity": OPACITY if within else 1.0}
+    view = view_of_space(out)
+    axes = tuple(tuple(round(part, 6) for part in axis) for axis in view.axes.tolist())
+    return {"in_space": True, "axes": repr(axes), "opacity": OPACITY if view.within else 1.0}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.saved_results import SavedResults, damage_told
 from bsm_mesh.pages.view_data import read_view
 from bsm_mesh.pages.view_page import page_of
+from bsm_mesh.pages.view_space import space_page_of, view_of_space
 from bsm_mesh.text.headings import heading
 
 VIEW = "view.html"
@@ -21,17 +21,12 @@ def write_view(out: Path) -> Path:
     Raises
     ------
     ModelError
-        If the folder holds no results, or they are damaged or too large for a page, or Bokeh is not there.
+        If the folder holds no results, or they are damaged or too large for a page, or a library is not there.
     """
     added, saved = AddedFiles(out), SavedResults(out)
-    if saved.in_space:
-        raise ModelError(
-            f"view: a page shows blocks in the plane, and those in {out} are polyhedra; draw them with bsm-mesh plot "
-            "--look, or turn them in ParaView: bsm-mesh paraview"
-        )
     with damage_told(out):
         data, title = read_view(saved), heading(saved.told)
-    page = page_of(data, title)
+        page = space_page_of(data, title, view_of_space(out)) if saved.in_space else page_of(data, title)
     with added.file(VIEW) as draft:
         write_text(draft, page)
     return out / VIEW

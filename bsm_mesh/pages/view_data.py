@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Grid
 
 MOST_BYTES = 100e6  # of numbers: 29 states of 10 000 blocks; a browser opens 17 of them in 3 s
-MOTION = ("displacement x", "displacement y", "rotation")  # by which outlines are moved
-KEPT = (*MOTION, "rock", "joint")  # even where they are zero throughout
+MOTION = {  # by dimension: displacements and rotations, by which blocks are moved
+    2: ("displacement x", "displacement y", "rotation"),
+    3: ("displacement x", "displacement y", "displacement z", "rotation x", "rotation y", "rotation z"),
+}
+KEPT = (*MOTION[2], *MOTION[3], "rock", "joint")  # even where they are zero throughout
 Arrays = dict[str, npt.NDArray[np.float32]]
 
 
@@ -34,7 +37,10 @@ class Layer:
     arrays : dict of str to (k,) float32
         What there is to colour by; NaN where a block is not there.
     ends, moved : (k, 4) float32 [m]
-        Of lines: x, y, x, y of their ends from the model's middle, and how they move; none for blocks.
+        Of lines: x, y, x, y of their ends from the model's middle, and how they move; none for blocks. In space
+        (k, 3): the points of lines and polygons.
+    offsets : (n + 1,) int32
+        In space: line or polygon n has the points ``offsets[n]`` to ``offsets[n + 1]``; empty in the plane.
     blocks : (k, 2) int32
         Of joints the two blocks; of bolts the bolt, and the number of the element.
     """
@@ -42,6 +48,7 @@ class Layer:
     arrays: Arrays
     ends: npt.NDArray[np.float32]
     moved: npt.NDArray[np.float32]
+    offsets: IntArray
     blocks: IntArray
 
 
@@ -72,7 +79,7 @@ class ViewData:
     ----------
     blocks : Blocks
         As they were given.
-    middle : (2,) float64 [m]
+    middle : (d,) float64 [m]
         From where coordinates count in the page: single precision is enough then.
     states : list of State
         In order.
@@ -85,7 +92,8 @@ class ViewData:
     bolt_names : tuple of str
         Names of the bolts.
     falls : list of dict
-        What fell, a row a block: ``block``, ``stage``, ``area`` [m2], ``weight`` [N/m], ``x``, ``y`` [m] as given.
+        Fallen blocks, a row each: ``block``, ``stage``, ``area`` [m2], ``weight`` [N/m], ``x``, ``y`` [m] as given; in
+        space the volume as ``area`` [m3], the weight in N, and ``z`` [m].
     """
 
     blocks: Blocks
@@ -137,12 +145,14 @@ class _Reader:
 
     def state(self, frame: Frame) -> State:
         blocks = self.saved.grid(frame.file("blocks"))
-        layers = {"blocks": self._blocks(blocks), "joints": self._lines("joints", frame, ("block_a", "block_b"))}
+        joints = self._lines("joints", frame, ("block_a", "block_b"), file="contacts" if self.saved.in_space else "")
+        layers = {"blocks": self._blocks(blocks), "joints": joints}
         if frame.file("bolts") in self.saved:
             layers["bolts"] = self._lines("bolts", frame, ("bolt", "bolt"))
         table = self.saved.water_table(frame.stage)
         if len(table):
-            layers["water"] = _layer([], table - self.middle, np.zeros_like(table), np.zeros((len(table), 2)))
+            lines = (table - self.middle).reshape(-1, 2)
+            layers["water"] = _layer([], lines, np.zeros_like(lines), np.zeros((len(table), 2)))
         here = blocks.cell_data["block_id"]
         return State(frame=frame, layers=layers, unstable=here[blocks.cell_data["unstable"] > 0].astype(np.int32))
 
@@ -155,31 +165,37 @@ class _Reader:
             return all_of_them
 
         found = [(one, whole(one.values)) for one in self._known("blocks", grid)]
-        return _layer(found, np.zeros((0, 2, 2)), np.zeros((0, 2, 2)), np.zeros((0, 2)))
+        none = np.zeros((0, len(self.middle)))
+        return _layer(found, none, none, np.zeros((0, 2)))
 
-    def _lines(self, kind: str, frame: Frame, numbers: tuple[str, str]) -> Layer:
+    def _lines(self, kind: str, frame: Frame, numbers: tuple[str, str], *, file: str = "") -> Layer:
         from bsm_mesh.converters.bolt_files import bolts_of_grid
 
-        grid = self.saved.grid(frame.file(kind))
+        grid = self.saved.grid(frame.file(file or kind))
         if kind == "bolts":
             self.bolt_names = bolts_of_grid(grid).names
-        ends = grid.points[grid.connectivity].reshape(-1, 2, 2) - self.middle
-        moved = grid.point_data["displacement"][grid.connectivity, :2].reshape(-1, 2, 2)
+        ends = grid.points[grid.connectivity] - self.middle
+        moved = grid.point_data["displacement"][grid.connectivity, : len(self.middle)]
         which = np.stack([grid.cell_data[name] for name in numbers], axis=1)
-        return _layer([(one, one.values) for one in self._known(kind, grid)], ends, moved, which)
+        offsets = grid.offsets if self.saved.in_space else ()
+        return _layer([(one, one.values) for one in self._known(kind, grid)], ends, moved, which, offsets)
 
     def _known(self, kind: str, grid: Grid) -> list[CellValues]:
-        found = cell_values(kind, grid, self.given)
+        found = cell_values(kind, grid, self.given, in_space=self.saved.in_space)
         self.units.setdefault(kind, {}).update({one.name: one.unit for one in found})
         self.names.setdefault(kind, {}).update({one.name: one.names for one in found if one.names})
         return found
 
 
-def _layer(found: list[tuple[CellValues, FloatArray]], ends: FloatArray, moved: FloatArray, blocks: Any) -> Layer:
+def _layer(
+    found: list[tuple[CellValues, FloatArray]], ends: FloatArray, moved: FloatArray, blocks: Any, offsets: Any = ()
+) -> Layer:
+    width = 4 if ends.shape[1] == 2 else 3
     return Layer(
         arrays={one.name: values.astype(np.float32) for one, values in found},
-        ends=ends.reshape(-1, 4).astype(np.float32),
-        moved=moved.reshape(-1, 4).astype(np.float32),
+        ends=ends.reshape(-1, width).astype(np.float32),
+        moved=moved.reshape(-1, width).astype(np.float32),
+        offsets=np.array(offsets, dtype=np.int32),
         blocks=blocks.astype(np.int32),
     )
 
@@ -225,11 +241,8 @@ def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dic
     rows = []
     for number, told in enumerate(saved.told["stages"]):
         for fall in told.get("falls", ()):
-            (x, y), taken = (
-                blocks.moments.centroid[fall["block"]].tolist(),
-                {name: fall[name] for name in ("block", "area", "weight")},
-            )
-            rows.append({**taken, "x": x, "y": y, "stage": told["name"]})
+            taken = {name: fall[name] for name in ("block", "area", "weight")}
+            rows.append({**taken, **_place(blocks, fall["block"]), "stage": told["name"]})
         state = next(state for state in states if state.frame.is_end and state.frame.stage == number)
         rows += [{**_fallen(blocks, state, block), "stage": told["name"]} for block in told["unstable_blocks"]]
     return rows
@@ -238,7 +251,10 @@ def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dic
 def _fallen(blocks: Blocks, state: State, block: int) -> dict[str, Any]:
     """Return the record of an unstable block at the end of a stage; loads that act on it are in its weight."""
     arrays, nothing = state.layers["blocks"].arrays, np.zeros(blocks.count)
-    weight = float(arrays.get("water y", nothing)[block] - arrays.get("load y", nothing)[block])
-    x, y = blocks.moments.centroid[block].tolist()
-    area = float(blocks.moments.area[block])
-    return {"block": block, "area": area, "weight": weight, "x": x, "y": y}
+    up = "xyz"[blocks.vertices.shape[1] - 1]
+    weight = float(arrays.get(f"water {up}", nothing)[block] - arrays.get(f"load {up}", nothing)[block])
+    return {"block": block, "area": float(blocks.moments.bulk[block]), "weight": weight, **_place(blocks, block)}
+
+
+def _place(blocks: Blocks, block: int) -> dict[str, float]:
+    return dict(zip("xyz", blocks.moments.centroid[block].tolist(), strict=False))

@@ -16,9 +16,10 @@ from bsm_mesh.pages.view_data import MOTION, Layer, State, ViewData
 from bsm_mesh.pictures.canvas import BOLTS, FALLS, OPENS, SLIPS, WATER
 from bsm_mesh.text.exaggeration import exaggeration, factors_up_to, round_factor, size_of
 
-SCRIPT = "view.js"
+SCRIPT, PLANE_SCRIPT = "view.js", "view_plane.js"  # of both pages; of the plane
 KINDS = ("blocks", "joints", "bolts", "water")
 COLOURED = KINDS[:3]
+VALUED = ("frame", "stage", "factor", "opacity")  # widgets whose value is shown at once
 SCRIPTED = ("frame", "stage", "factor", "shown", "told")  # widgets that the script looks at or writes to
 PLAIN = "none"  # what is chosen where blocks have no colour
 FARTHEST = 0.5  # of the model's size: the greatest movement with the largest factor that can be chosen
@@ -37,6 +38,7 @@ FALL_TITLES = {  # of the list of every unstable block: titles, and widths in pi
     "x": ("x, m", 44),
     "y": ("y, m", 44),
 }
+FALL_TITLES_IN_SPACE = {**FALL_TITLES, "area": ("m3", 56), "weight": ("kN", 52), "z": ("z, m", 44)}
 HOW_TO = (
     "Drag to move, turn the wheel to zoom; a click on a block, joint or bolt shows its numbers. "
     "Forces are per metre of thickness, those of bolts for one bolt; stresses are positive in tension."
@@ -68,31 +70,49 @@ def page_of(data: ViewData, heading: str) -> str:
 
 def _document(data: ViewData, heading: str) -> Any:
     from bokeh.document import Document
-    from bokeh.layouts import column, row
+    from bokeh.layouts import row
     from bokeh.models import CustomJS
 
     kinds = [kind for kind in KINDS if any(kind in state.layers for state in data.states)]
     plot, parts, marks = _plot(kinds, data)
-    side = _side(kinds, data, heading)
+    side = side_of(kinds, data, heading, HOW_TO)
     for kind in parts:
         if kind in COLOURED:
             parts[kind]["by"] = side[f"{kind}_by"]
-    script = resources.files("bsm_mesh.pages").joinpath(SCRIPT).read_text(encoding="utf-8")
+    script = script_of(PLANE_SCRIPT)
     given = {**marks, **{name: side[name] for name in SCRIPTED}, "plot": plot, "parts": parts, "memory": {}}
     update = CustomJS(args={**given, "falls_source": side["falls"].source, "data": _content(data)}, code=script)
-    for name in ("frame", "stage", "factor", *(f"{kind}_by" for kind in kinds if kind in COLOURED)):
-        side[name].js_on_change("value", update)
-    side["shown"].js_on_change("active", update)
-    side["falls"].source.selected.js_on_change("indices", update)
+    call_on_change(side, update)
     for name in ("inner_width", "inner_height"):
         plot.js_on_change(name, update)
     plot.js_on_event("tap", update)
     document = Document(title=heading)
-    styles = {"overflow": "hidden auto", "padding-left": "8px"}
-    widgets = column(*side.values(), width=SIDE, sizing_mode="stretch_height", styles=styles)
-    document.add_root(row(plot, widgets, sizing_mode="stretch_both", styles={"height": "97vh"}))
+    document.add_root(row(plot, column_of(side), sizing_mode="stretch_both", styles={"height": "97vh"}))
     document.js_on_event("document_ready", update)
     return document
+
+
+def script_of(name: str) -> str:
+    """Return the script of a page: the common part, and that of its drawing."""
+    texts = [resources.files("bsm_mesh.pages").joinpath(part).read_text(encoding="utf-8") for part in (SCRIPT, name)]
+    return "\n".join(texts)
+
+
+def call_on_change(side: dict[str, Any], update: Any) -> None:
+    """Let every change of a widget call the script."""
+    for name, widget in side.items():
+        if name in VALUED or name.endswith("_by"):
+            widget.js_on_change("value", update)
+    side["shown"].js_on_change("active", update)
+    side["falls"].source.selected.js_on_change("indices", update)
+
+
+def column_of(side: dict[str, Any]) -> Any:
+    """Return the column of the widgets."""
+    from bokeh.layouts import column
+
+    styles = {"overflow": "hidden auto", "padding-left": "8px"}
+    return column(*side.values(), width=SIDE, sizing_mode="stretch_height", styles=styles)
 
 
 def _plot(kinds: list[str], data: ViewData) -> tuple[Any, dict[str, dict[str, Any]], dict[str, Any]]:
@@ -178,8 +198,8 @@ def _marks(plot: Any) -> dict[str, Any]:
     return {"down": down, "chosen": chosen}
 
 
-def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
-    """Return the widgets next to the plot by name, in their order."""
+def side_of(kinds: list[str], data: ViewData, heading: str, how_to: str) -> dict[str, Any]:
+    """Return the widgets next to the drawing by name, in their order."""
     from bokeh.models import CategoricalSlider, CheckboxButtonGroup, Div, Select, Slider
 
     states = data.states
@@ -210,17 +230,18 @@ def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
         usual = {"blocks": "displacement", "joints": "status", "bolts": "axial force"}[kind]
         value = usual if usual in names else PLAIN
         side[f"{kind}_by"] = Select(title=f"colour {kind} by", options=[PLAIN, *names], value=value, name=f"{kind}_by")
-    side["falls"] = _list_of_falls(data)
+    side["falls"] = list_of_falls(data)
     side["told"] = Div(text="", name="told", width=WIDTH)
-    side["note"] = Div(text=HOW_TO + out, width=WIDTH, styles={"color": "#555", "font-size": "12px"})
+    side["note"] = Div(text=how_to + out, width=WIDTH, styles={"color": "#555", "font-size": "12px"})
     return side
 
 
-def _list_of_falls(data: ViewData) -> Any:
+def list_of_falls(data: ViewData) -> Any:
     """Return the table of the unstable blocks; it is not there where none does."""
     from bokeh.models import ColumnDataSource, DataTable, NumberFormatter, StringFormatter, TableColumn
 
-    columns = {name: [row[name] for row in data.falls] for name in FALL_TITLES}
+    titles = FALL_TITLES if len(data.middle) == 2 else FALL_TITLES_IN_SPACE
+    columns = {name: [row[name] for row in data.falls] for name in titles}
     columns["weight"] = [weight / 1e3 for weight in columns["weight"]]
     for name in ("area", "weight"):  # three digits of each: of a flake of a hand's breadth, too
         columns[name] = [float(f"{value:.3g}") for value in columns[name]]
@@ -228,7 +249,7 @@ def _list_of_falls(data: ViewData) -> Any:
     kinds = {"block": text, "stage": text, "area": size, "weight": size}
     shown = [
         TableColumn(field=name, title=title, formatter=kinds.get(name, at), width=width)
-        for name, (title, width) in FALL_TITLES.items()
+        for name, (title, width) in titles.items()
     ]
     return DataTable(
         source=ColumnDataSource(data=columns),
@@ -243,10 +264,10 @@ def _list_of_falls(data: ViewData) -> Any:
     )
 
 
-def _greatest(state: State) -> float:
+def _greatest(data: ViewData, state: State) -> float:
     """Return the greatest movement of a block that does not fall [m]."""
-    u, v, _ = (state.layers["blocks"].arrays[name] for name in MOTION)
-    size = np.nan_to_num(np.hypot(u, v))
+    arrays, d = state.layers["blocks"].arrays, data.blocks.vertices.shape[1]
+    size = np.nan_to_num(np.linalg.norm([arrays[name] for name in MOTION[d][:d]], axis=0))
     size[state.unstable] = 0.0
     return float(size.max())
 
@@ -255,29 +276,40 @@ def _usual(data: ViewData) -> float:
     """Return the factor with which the page opens; true to scale where blocks fall."""
     if data.falls:
         return 1.0
-    there = ((state, np.flatnonzero(np.isfinite(state.layers["blocks"].arrays["rotation"]))) for state in data.states)
-    return min(exaggeration(_greatest(state), data.blocks, here) for state, here in there)
+    there = ((state, np.flatnonzero(np.isfinite(state.layers["blocks"].arrays[MOTION[2][0]]))) for state in data.states)
+    return min(exaggeration(_greatest(data, state), data.blocks, here) for state, here in there)
 
 
 def _factors(data: ViewData) -> list[float]:
-    greatest = max(_greatest(state) for state in data.states)
+    greatest = max(_greatest(data, state) for state in data.states)
     farthest = round_factor(FARTHEST * size_of(data.blocks) / greatest) if greatest > 0 else 1.0
     return factors_up_to(max(farthest, _usual(data), 10.0))
 
 
 def _content(data: ViewData) -> dict[str, Any]:
-    """Return the numbers for the script; Bokeh writes arrays as they are, in base 64."""
+    """Return the numbers for the script of the plane."""
+    blocks = data.blocks
+    corners = blocks.vertices - data.middle
+    return {
+        **content_of(data),
+        "x": corners[:, 0].astype(np.float32),
+        "y": corners[:, 1].astype(np.float32),
+        "offsets": blocks.offsets.astype(np.int32),
+    }
+
+
+def content_of(data: ViewData) -> dict[str, Any]:
+    """Return the numbers for the common script; Bokeh writes arrays as they are, in base 64."""
     from bokeh.palettes import Cividis256, Plasma256, Viridis256
 
     blocks = data.blocks
-    corners, centroid = blocks.vertices - data.middle, blocks.moments.centroid - data.middle
+    centroid = blocks.moments.centroid - data.middle
     return {
-        "x": corners[:, 0].astype(np.float32),
-        "y": corners[:, 1].astype(np.float32),
-        "centroid_x": centroid[:, 0].astype(np.float32),
-        "centroid_y": centroid[:, 1].astype(np.float32),
-        "offsets": blocks.offsets.astype(np.int32),
-        "area": blocks.moments.area.astype(np.float32),
+        "motion": list(MOTION[len(data.middle)]),
+        "centroid": [values.astype(np.float32) for values in centroid.T],
+        "bulk": blocks.moments.bulk.astype(np.float32),
+        "bulk_name": blocks.bulk_name,
+        "bulk_unit": blocks.bulk_unit,
         "rock": blocks.rock.astype(np.int32),
         "rock_names": list(blocks.rock_names),
         "bolt_names": list(data.bolt_names),
@@ -305,5 +337,6 @@ def _numbers(layer: Layer) -> dict[str, Any]:
         "arrays": layer.arrays,
         "ends": layer.ends.reshape(-1),
         "moved": layer.moved.reshape(-1),
+        "offsets": layer.offsets,
         "which": layer.blocks.reshape(-1),
     }

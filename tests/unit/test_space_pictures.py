@@ -15,7 +15,6 @@ import bsm_mesh as bsm
 from bsm_mesh.folder.frames import frames_in
 from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.pages.report import write_report
-from bsm_mesh.pages.view import write_view
 from bsm_mesh.pictures.animation import animate, draw_step
 from bsm_mesh.pictures.figures import paper
 from bsm_mesh.pictures.joint_net import orientations
@@ -282,11 +281,6 @@ def test_the_movement_is_drawn_with_the_excavation_before_it_is_made(roof: Path)
     blue = [(image[..., 2] > image[..., 0] + 10).mean() for image in (at_first, at_last)]
     assert falls[0] < 0.001 < 0.02 < falls[1]  # within the rock at first
     assert blue[0] < 0.01 < 0.1 < blue[1]  # the walls; at first they are behind the rock that is excavated
-
-
-def test_a_page_is_for_the_plane(roof: Path) -> None:
-    with pytest.raises(bsm.ModelError, match=r"view: a page shows blocks in the plane.*; draw them with bsm-mesh plot"):
-        write_view(roof)
 
 
 def test_the_script_for_paraview_looks_as_the_pictures_do(roof: Path) -> None:

@@ -20,7 +20,7 @@ from bsm_mesh.folder.run_writer import RunWriter
 from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.pages import view_data
 from bsm_mesh.pages.view_data import ViewData, read_view
-from bsm_mesh.pages.view_page import _list_of_falls
+from bsm_mesh.pages.view_page import list_of_falls
 from bsm_mesh.results import Results
 from tests.scenes.openings import OPENED, ROOF, opening
 from tests.unit.test_snapshots import run_with_snapshots
@@ -109,7 +109,7 @@ def test_blocks_that_come_down(tmp_path: Path) -> None:
     assert data.falls[0]["weight"] == pytest.approx(25e3)
     assert data.falls[0]["stage"] == "dig"
     flake = data.falls[0] | {"area": 0.0024712, "weight": 64.23}
-    listed = _list_of_falls(replace(data, falls=[flake])).source.data
+    listed = list_of_falls(replace(data, falls=[flake])).source.data
     assert (listed["area"], listed["weight"]) == ([0.00247], [0.0642])  # not 0 and 0.06
 
 
