@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,13 @@ from bsm_mesh.model.zones import has_zones
 from bsm_mesh.modelfile.build import LoadedModel, inputs_of, load_model_file
 from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.pictures.figures import paper, save
+from bsm_mesh.solve.continuation.time_steps import time_steps_of
 from bsm_mesh.solve.linear.readiness import make_ready, solver_faults
 from bsm_mesh.solve.zones.scheme import zoned
 from bsm_mesh.text.flow_given import given_flow, given_rows
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality_summary
+from bsm_mesh.text.shaking_given import expected_rows
 from bsm_mesh.text.space_quality import space_rows, space_summary
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
@@ -94,6 +96,8 @@ def check_model(
                 zoned(loaded.model, loaded.options)
             ready = make_ready(loaded.model, loaded.options)
         notes = (*ready.notes, *_folder_notes(loaded))
+        progress.report("time steps of shaken stages")
+        shaken = time_steps_of(ready.model, loaded.options)
         progress.report("quality of the blocks")
         report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
     flow = [] if ready.flow is None else given_flow(loaded.model, ready.flow.joints)
@@ -101,11 +105,20 @@ def check_model(
         draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
     changes = () if repair is None else _repair(loaded, repair, limits)
     if as_json:
-        say_json({**report, "flow": flow, "notes": [*loaded.notes, *notes], "changes": changes})
+        say_json(
+            {
+                **report,
+                "flow": flow,
+                "shaking": [asdict(each) for each in shaken],
+                "notes": [*loaded.notes, *notes],
+                "changes": changes,
+            }
+        )
         return
     for line in loaded.mesh_lines:
         say(f"mesh: {line.strip()}")
-    print_table(f"{path}: the model is valid", ("", ""), [*quality_rows(report), *given_rows(flow)], texts=2)
+    rows = [*quality_rows(report), *given_rows(flow), *expected_rows(shaken)]
+    print_table(f"{path}: the model is valid", ("", ""), rows, texts=2)
     for note in notes:
         say(f"note: {note}")
     if picture is not None:

@@ -170,6 +170,11 @@ class ImplicitMotion:
         ends = (place(placed[number[found]]) for number in (blocks.block_a, blocks.block_b))
         return " where the blocks at {} and {} touch".format(*ends)
 
+    def steps_to(self, until: float, length: float | None = None) -> int:
+        """Return the number of time steps of at most a length [s] to a time [s]; None: the longest, none halved."""
+        longest = self._longest if length is None else length
+        return max(1, ceil((until - self.memory.time) / longest * (1 - 1e-9)))
+
     def go_on(self, until: float) -> None:
         """Take time steps to a time [s], or until blocks have passed each other by a step length."""
         while self.memory.time < until and not self.diverged and self.passed <= self.system.d:
@@ -182,7 +187,7 @@ class ImplicitMotion:
         while wanted >= longest / 2 ** (SETTINGS.halvings + 1):
             if self._gives_up():
                 return
-            count = max(1, ceil((until - memory.time) / wanted * (1 - 1e-9)))
+            count = self.steps_to(until, wanted)
             length = (until - memory.time) / count
             now = self._now(length)
             then = self._after(now)

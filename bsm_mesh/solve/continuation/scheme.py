@@ -23,7 +23,7 @@ from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.mechanics import mechanics_of
 from bsm_mesh.solve.continuation.plan import USUAL, Route
-from bsm_mesh.solve.continuation.shaken import ShakenContinuation
+from bsm_mesh.solve.continuation.shaken import ShakenBlocks, ShakenContinuation
 from bsm_mesh.solve.continuation.state import ContinuationState, LoopState
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
@@ -133,14 +133,7 @@ class ContinuationScheme:
     ) -> Outcome:
         """Return the part in equilibrium or collapse, and keep its position and history."""
         self.report(self.options.scheme)
-        start = Start(
-            position=self.moved[part.block],
-            history=self._mechanics.in_part(self.history, part),
-            intact=self._intact,
-            bolts=self.bolts.in_part(part),
-            origin=self._origin[part.block],
-            velocity=None if self._velocity is None else self._velocity[part.block],
-        )
+        start = self._start(part)
         self._intact = False
         whole = number > 0 or self.model.in_situ is not None
         for share in (1.0,) if whole else self.route.parts:
@@ -166,6 +159,24 @@ class ContinuationScheme:
         self._velocity = None if motion.velocity is None else part.in_whole(motion.velocity)
         self._shaken = None if engine.shaken is None else engine.shaken.in_whole(part)
         return self._outcome(engine, motion, bars_before)
+
+    def blocks_before_shaking(self, part: SubModel, number: int) -> ShakenBlocks:
+        """Return the blocks of a part when a stage that is shaken begins, ready to be followed."""
+        bars_before = np.zeros(len(part.bar))
+        loop = self._loop(part, number, self._start(part), bars_before, lambda *_: None, lambda: None)
+        assert isinstance(loop, ShakenContinuation)
+        return loop.blocks_at_start()
+
+    def _start(self, part: SubModel) -> Start:
+        """Return the state of a part as it is now."""
+        return Start(
+            position=self.moved[part.block],
+            history=self._mechanics.in_part(self.history, part),
+            intact=self._intact,
+            bolts=self.bolts.in_part(part),
+            origin=self._origin[part.block],
+            velocity=None if self._velocity is None else self._velocity[part.block],
+        )
 
     def _loop(
         self,

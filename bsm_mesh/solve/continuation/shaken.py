@@ -90,6 +90,12 @@ class ShakenContinuation(Continuation):
             self._between_steps()
         return super().run()
 
+    def blocks_at_start(self) -> ShakenBlocks:
+        """Return the blocks as they are when the shaking begins, ready to be followed."""
+        self._begin()
+        assert self.shaken is not None
+        return self._shaken_blocks(self._shaken_system(self.shaken), self.shaken)
+
     def _begin(self) -> None:
         """Set the unit of residuals, and the state at the start."""
         contacts = self.system.gather(self.state.history, self.state.position, first=False, keeps_lengths=True)
@@ -143,12 +149,9 @@ class ShakenContinuation(Continuation):
 
     def _shaken_step(self, memory: ShakingMemory) -> Motion | None:
         """Go on to the end of a step of the shaking, and return the final state if it is one."""
-        system, state = self._shaken_system(memory), self.state
+        system = self._shaken_system(memory)
         began = time.perf_counter(), self.factors.count
-        contacts = system.gather(state.history, state.position, first=False, keeps_lengths=True)
-        equations = StepEquations(system, self.factors, contacts, state.position, self.min_lam)
-        made = INTEGRATORS[self._shaking.integrator]
-        motion = made(equations, self._shaking, self._base, memory)
+        motion = self._shaken_blocks(system, memory)
         interval, last = self._shaking.interval, min(self._shaking.length, floor(memory.time + ROUNDING) + 1.0)
         while motion.memory.time < last and motion.passed <= system.d:
             output = interval * (floor(motion.memory.time / interval + ROUNDING) + 1)
@@ -161,6 +164,13 @@ class ShakenContinuation(Continuation):
                 self._note(motion, began)
                 began = time.perf_counter(), self.factors.count
         return self._after_shaking(motion)
+
+    def _shaken_blocks(self, system: System, memory: ShakingMemory) -> ShakenBlocks:
+        """Return the blocks where the present step of the shaking begins."""
+        state = self.state
+        contacts = system.gather(state.history, state.position, first=False, keeps_lengths=True)
+        equations = StepEquations(system, self.factors, contacts, state.position, self.min_lam)
+        return INTEGRATORS[self._shaking.integrator](equations, self._shaking, self._base, memory)
 
     def _note(self, motion: ShakenBlocks, began: tuple[float, int]) -> None:
         """Record a time of the shaking."""

@@ -89,6 +89,10 @@ class ShakenMotion(ExplicitMotion):
         """The time step with the present contacts [s]: a part of the stable one."""
         return self._masses.stable
 
+    def steps_to(self, until: float) -> int:
+        """Return the number of time steps to a time [s], with the present contacts."""
+        return max(1, int(np.ceil((until - self.memory.time) / self.stable * (1 - 1e-9))))
+
     @property
     def settled_velocity(self) -> FloatArray:
         """Velocity (n, 3) at the present time [m/s, m/s, rad/s], not half a time step before."""
@@ -99,9 +103,8 @@ class ShakenMotion(ExplicitMotion):
         """Set time step and masses, and return how many cycles the window may have: to the time that is to be met."""
         masses, memory = self._masses, self.memory
         masses.weigh(self._weighed())
-        left = self._until - memory.time
-        count = max(1, int(np.ceil(left / masses.stable * (1 - 1e-9))))
-        self._time_step = left / count
+        count = self.steps_to(self._until)
+        self._time_step = (self._until - memory.time) / count
         masses.set_time_step(self._time_step)
         velocity = memory.velocity * self._time_step
         self._velocity = self._at_half(velocity, self._time_step, before=memory.time_step)

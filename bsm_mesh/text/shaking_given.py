@@ -1,0 +1,33 @@
+"""Shaken stages as ``check`` shows them: the time steps and the processor time to expect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from bsm_mesh.errors import counted, named_stage
+from bsm_mesh.solve.continuation.time_steps import TimeSteps
+from bsm_mesh.text.tables import engineering
+
+ORDERS = ((30, "less than a minute"), (600, "minutes"), (3600, "tens of minutes"), (86_400, "hours"))  # up to so many s
+
+
+def expected_rows(estimates: Iterable[TimeSteps]) -> list[tuple[str, str]]:
+    """Return a row a shaken stage: integrator, number and length of its time steps, order of its processor time."""
+    return [(f"shaking in {named_stage(each.stage)}", _expected(each)) for each in estimates]
+
+
+def _expected(each: TimeSteps) -> str:
+    step = engineering(float(f"{each.time_step:.2g}"), "s")
+    steps = counted(int(float(f"{each.steps:.2g}")), "time step")
+    return f"{each.integrator}, about {steps} of {step}; processor time: {order_of(each.seconds)}"
+
+
+def order_of(seconds: float) -> str:
+    """Return the order of a processor time in words.
+
+    Examples
+    --------
+    >>> order_of(4.0), order_of(200.0), order_of(3e5)
+    ('less than a minute', 'minutes', 'days')
+    """
+    return next((words for most, words in ORDERS if seconds <= most), "days")

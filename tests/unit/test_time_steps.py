@@ -1,0 +1,79 @@
+"""Time steps of shaken stages that `bsm-mesh check` expects: those that the run takes."""
+
+import json
+
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.commands.check import check_model
+from bsm_mesh.model.options import Options
+from bsm_mesh.solve.continuation.time_steps import time_steps_of
+from bsm_mesh.solve.linear.readiness import make_ready
+from bsm_mesh.text.shaking_given import order_of
+from tests.scenes.shaken import STAGE, block_on_plane, shaken, wall
+from tests.scenes.shapes import rectangle, running_bond
+
+SHORT = {"waveform": "sine", "frequency": 10.0, "amplitude": 1.0, "every": 0.02}
+EXPLICIT = bsm.Shaking(**SHORT)
+
+
+def estimates(model):
+    return time_steps_of(make_ready(model, Options()).model, Options())
+
+
+def excavated_before():
+    """Return a wall in water, beside which a block is excavated before the shaking, with a bolt."""
+    polygons = [rectangle(-2, -1, 5, 0), *running_bond(3, 2), rectangle(3, 0, 4, 2)]
+    stages = [bsm.Stage(name="pit", excavate=[len(polygons) - 1]), bsm.Stage(name=STAGE, shaking=EXPLICIT)]
+    bolt = bsm.Bolt(start=(0.3, 0.9), end=(0.3, -0.8), diameter=0.02, stage="pit")
+    water = bsm.Water(table=[(-2, 0.8), (5, 0.8)])
+    return shaken(polygons, EXPLICIT, water=water).replace(stages=stages, bolts=[bolt])
+
+
+MODELS = {
+    "explicit": lambda: wall(EXPLICIT, courses=2, bricks=2),
+    "dashpots": lambda: wall(bsm.Shaking(**SHORT, contact_damping=0.2), courses=2, bricks=2),
+    "part": lambda: wall(bsm.Shaking(**SHORT, time_step=0.1), courses=2, bricks=2),
+    "implicit": lambda: block_on_plane(
+        bsm.Shaking(**SHORT, integrator="implicit", time_step=0.1, contact_damping=0.1), friction=0.8
+    ),
+    "excavated before": excavated_before,
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_run_takes_the_time_steps_that_were_expected(name):
+    model = MODELS[name]()
+    (expected,) = estimates(model)
+    found = bsm.run(model).stages[-1].shaking
+    assert (expected.stage, expected.steps) == (STAGE, found.cycles)
+    assert expected.time_step == pytest.approx(found.time_step, rel=1e-9)
+    assert expected.seconds > 0
+
+
+def test_a_model_at_rest_has_none():
+    assert estimates(wall(EXPLICIT, courses=1, bricks=1).replace(stages=[])) == []
+
+
+def test_check_says_the_time_steps_before_the_run(tmp_path, capsys):
+    bsm.run(block_on_plane(EXPLICIT, friction=0.8)).save(tmp_path / "out")
+    path = tmp_path / "out" / "model.toml"
+    check_model(path, quiet=True)
+    told = " ".join(capsys.readouterr().out.split())
+    assert f"shaking in stage {STAGE} explicit, about" in told
+    assert "processor time: less than a minute" in told
+    check_model(path, quiet=True, as_json=True)
+    (found,) = json.loads(capsys.readouterr().out)["shaking"]
+    assert found["integrator"] == "explicit"
+    assert found["steps"] * found["time_step"] == pytest.approx(EXPLICIT.length)
+
+
+def test_the_order_of_a_time_is_in_words():
+    times = (1.0, 100.0, 1000.0, 1e4, 1e6)
+    assert [order_of(seconds) for seconds in times] == [
+        "less than a minute",
+        "minutes",
+        "tens of minutes",
+        "hours",
+        "days",
+    ]
