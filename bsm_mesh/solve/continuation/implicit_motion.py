@@ -64,8 +64,6 @@ class ImplicitSettings:
     halvings : int
         Of the longest time step, at most. The shortest is accepted whatever its energies; their balance is that of the
         stage then.
-    event : float
-        Part of `Shaking.max_imbalance` that any time step may have: an impact's error does not belong to the length.
     least_energy : float
         Part of the kinetic energy of all blocks at the greatest velocity of the base, below which energies are not
         compared.
@@ -73,7 +71,6 @@ class ImplicitSettings:
 
     residual: float = 1e-8
     halvings: int = 12
-    event: float = 1e-4
     least_energy: float = 1e-3
 
 
@@ -195,7 +192,7 @@ class ImplicitMotion:
                 self._last = now, then
                 work = work_of(self.system, (now, then), self._shaking.drag * self._moving)
                 missing, energy = self._missing(work, now, then)
-                share = self._shaking.max_imbalance * max(length / self._shaking.length, SETTINGS.event)
+                share = self._shaking.max_imbalance * length / self._shaking.length
                 if abs(missing) <= share * energy or length <= longest / 2**SETTINGS.halvings:
                     self._accept(then, work, until if count == 1 else memory.time + length)
                     return
