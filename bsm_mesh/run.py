@@ -43,9 +43,8 @@ def run(
     report : callable, optional
         Called with a short text on progress.
     snapshot : callable, optional
-        Gets the `StepRecord` of every accepted step and a function that returns the results as they be there: one
-        stage, not yet in equilibrium. To be called at once, if at all: it costs something and is good until the next
-        step only.
+        Gets the `StepRecord` of every accepted step, and a function that returns the results at that step. These are
+        of one stage, not yet in equilibrium. The function holds until the next step only, and takes time.
     finished : callable, optional
         Gets the results so far at the end of every stage, before the next begins; their status is ``unfinished``.
     output : path or False, optional
@@ -60,8 +59,8 @@ def run(
     Raises
     ------
     ModelError
-        With everything that forbids to analyse the model: no load, no support, overlapping blocks, rigid rocks without
-        a joint, stiffness that numbers cannot hold; parts free to move in the linear scheme. With `resume` where an
+        With every fault of the model: no load, no support, overlapping blocks, rigid rocks without a joint. In the
+        linear scheme also parts that are free to move. With `resume` where an
         interrupted run is damaged, of another model or version, or the model's finished results are there already.
 
     Examples

@@ -126,8 +126,8 @@ def read_rows(path: Path, holds: str) -> Rows:
     Raises
     ------
     ModelError
-        If it is no text, holds no table, two columns have one name, a row is not complete, or commas and points are
-        both decimal points.
+        If it is no text, has no table, two columns have one name, or a row is not complete. Commas and points as
+        decimal points in one table are an error too.
     """
     lines, parting = _table_lines(read_text(path).split("\n"))
     reader = csv.reader([f"{line}\n" for line in lines], delimiter=parting, skipinitialspace=True, strict=True)

@@ -93,9 +93,8 @@ def build(
         Distance of the middle of a zone from the foot of the right wall, to the right and down [m]. At 0 the crown and
         the right wall are faces of the same panel of rock between two zones, which rests on the zone below.
     seed : int, optional
-        Draw the layout by it instead: distances and widths of zones, joints and cross joints evenly from the text's
-        ranges, and where the first of them lies. Spacings, `zone_width` and `zone_offset` then say nothing and must
-        be left out.
+        Draw the layout by it instead. Distances, widths and first places of zones, joints and cross joints are drawn
+        evenly from the text's ranges. Spacings, `zone_width` and `zone_offset` must then be left out.
     **unknown
         Refused, with the nearest parameter that there is.
 

@@ -74,8 +74,8 @@ class JointSet:
         Length of the intact bridges [m]; needed where `persistence` is below 1. Of a distribution bridges and the
         joints between them are random, the joints' mean length that which the persistence asks for.
     ends : str
-        What becomes of the ends at a bridge: ``crossing`` (they end in the rock), ``t_ended`` (they continue to the
-        next joint) or ``en_echelon`` (they end in the rock, and every other line is shifted by half a period).
+        Ends at a bridge. ``crossing``: they end in the rock. ``t_ended``: they continue to the next joint.
+        ``en_echelon``: they end in the rock, and every other line is shifted by half a period.
     within : (k, 2) array_like, optional
         Polygon that the set keeps to [m].
     abuts : sequence of str

@@ -115,9 +115,9 @@ def joint_sets_of_scan_line(
 ) -> list[JointSet]:
     """Return a joint set for every set that was mapped along a scan line.
 
-    The dip is that of the mean normal of the set, its scatter the standard deviation of the apparent dips; spacings
-    are the distances along the line between neighbours of a set times the cosine between line and normal (Terzaghi
-    1965), lognormal by their mean and deviation.
+    The dip is that of the mean normal of the set, its scatter the standard deviation of the apparent dips. Spacings
+    are distances between neighbours along the line, times the cosine between line and normal (Terzaghi 1965). Their
+    distribution is lognormal.
 
     Parameters
     ----------

@@ -111,8 +111,8 @@ class RockMass:
     boundaries : mapping of str to (k, 2) array_like
         Lines along the outline [m]: the outer edges on them have that name instead of ``left``, ``top``, ...
     dead_ends : str
-        What becomes of joints that end in the rock: ``keep`` (they stay in the mesh, and bound no block), ``extend``
-        (they continue to the next joint) or ``cut`` (they are left out). All are reported.
+        Joints that end in the rock. ``keep``: they stay in the mesh and bound no block. ``extend``: they continue to
+        the next joint. ``cut``: they are left out. All are reported.
 
     Examples
     --------

@@ -94,8 +94,8 @@ def load_gmsh() -> ModuleType:
 def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = None) -> Iterator[Any]:
     """Open Gmsh with an empty model, give the module gmsh, and close it at the end.
 
-    Inside a caller's own, already initialised Gmsh, the session adds a model and removes only that
-    one, and puts back the current model and the options it changed. Other threads wait for their turn.
+    If Gmsh is already initialised, the session adds a model and removes only that one. It restores the current model
+    and the options that it changed. Other threads wait.
 
     Parameters
     ----------

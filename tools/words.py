@@ -17,6 +17,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -43,6 +44,7 @@ RULES = {  # what is counted: where it matches; in any case of letters, without 
     "farther": r"\b(farther|farthest)\b",
     "in vain, by turns, to and fro": r"\b(in vain|by turns|to and fro)\b",
 }
+ENTRY = re.compile(r"\w[\w, .*]* : \S")  # of numpydoc: a name and its type; what follows is a text of its own
 TOO_LONG = f"sentence of more than {MAX_WORDS} words"
 REPEATS = "first line that repeats the name"
 
@@ -124,11 +126,17 @@ def module_texts(path: Path) -> Iterator[Text]:
 
 
 def _docstring_texts(text: str, path: Path, line: int, name: str) -> Iterator[Text]:
-    """Yield the paragraphs of a docstring, without its examples."""
+    """Yield the paragraphs of a docstring and the entries of its lists, without heads of sections and examples."""
     paragraphs = re.split(r"(\n\s*\n)", text)
     for index, paragraph in enumerate(paragraphs[::2]):
-        if not paragraph.lstrip().startswith(">>>"):
-            yield Text("docstrings", path, line, plain(paragraph), "" if index else name)
+        rows = paragraph.splitlines()
+        starts = [0, *(number for number, row in enumerate(rows) if number and ENTRY.match(row)), len(rows)]
+        for first, end in pairwise(starts):
+            part = [row for row in rows[first:end] if set(row.strip()) != {"-"}]
+            words = "\n".join(part).partition(">>>")[0]
+            if words.strip():
+                is_first = not index and not first
+                yield Text("docstrings", path, line + first, plain(words), name if is_first else "")
         line += sum(part.count("\n") for part in paragraphs[2 * index : 2 * index + 2])
 
 

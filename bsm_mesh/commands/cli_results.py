@@ -132,7 +132,7 @@ def liner(out: Path, as_json: bool, **asked: Any) -> None:
     """Check thrust and moment of a liner in the results in OUT against its capacity.
 
     The liner is a ring or arch of blocks of one rock. OUT/liner.csv has thrust, shear, moment and utilisation of each
-    section, OUT/liner.png the moments over the thrusts with the elastic envelope of capacity.
+    section. OUT/liner.png shows moments over thrusts, with the elastic envelope of capacity.
     """
     from bsm_mesh.commands.liner import check_liner
 

@@ -75,8 +75,8 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
     analysis gives an upper bound with proof first. A trial without a verdict is never counted as a failure. Exit code
     3 where such trials keep the bracket open.
 
-    --vary takes a key of the model file (gravity.horizontal, joint.J1.friction), or load.N.factor,
-    stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right, as a study does. Values may have units.
+    --vary takes a key of the model file (gravity.horizontal, joint.J1.friction), as a study does. It also takes
+    load.N.factor, stage.NAME.load.N.factor, water.rise, tilt.left and tilt.right. Values may have units.
     """
     start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.safety import ask_safety

@@ -103,8 +103,8 @@ class EdgeTable:
     def unpaired(self) -> BoolArray:
         """Return which edges are in none of the `pairs`, (n_edges,).
 
-        These are the outline of the body, both lips of a gap, edges with a corner of a neighbour between
-        their ends, and edges that several blocks claim.
+        These are the outline of the body, both sides of a gap, and edges with a corner of a neighbour between their
+        ends. Edges that several blocks claim are unpaired too.
         """
         unpaired: BoolArray = np.ones(len(self.keys), dtype=np.bool_)
         for edges in self.pairs():

@@ -1,7 +1,7 @@
 """Faces: the parts of edges along which two blocks touch at the start.
 
-Blocks of a conforming mesh share whole edges, found by the numbers of their end points. Where a corner of one
-block lies within an edge of another (a T-junction, a wall in bond), the common part of the two edges is the face.
+Blocks of a conforming mesh share whole edges, found by the numbers of their end points. At a T-junction a corner of
+one block lies within an edge of another. The face is then the common part of the two edges.
 """
 
 from __future__ import annotations

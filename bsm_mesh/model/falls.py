@@ -21,11 +21,11 @@ class Falls:
     Attributes
     ----------
     ignore_below : float
-        Smaller blocks, by their share of the mean area (in space: volume), are taken away when they come loose, and do
-        not count for the verdict: slivers of a mesh, chips. 0: every block counts.
+        Share of the mean area (in space: volume). Smaller blocks, such as slivers of a mesh, do not count for the
+        verdict and are removed when they are loose. 0: every block counts.
     on_fall : {"stop", "remove"}
-        ``"stop"``: the stage is unstable, and the run ends. ``"remove"``: every unstable block is listed and taken
-        away, as a roof is scaled, and the others continue: the stage is stable after falls where they reach rest.
+        ``"stop"``: the stage is unstable, and the run ends. ``"remove"``: every unstable block is listed and
+        removed, as a roof is scaled. The stage is stable after falls if the other blocks reach rest.
 
     Examples
     --------

@@ -48,8 +48,8 @@ class InSitu:
     surcharge : float [Pa]
         Pressure on the surface, compression positive. It describes the field only and loads nothing.
     k0 : float, str or mapping
-        Ratio K of horizontal to vertical total stress: a number, the name of a published relation ("herget",
-        "brown_hoek_upper", "brown_hoek_lower") or ``{"a": [m], "b": [-], "c": [1/m]}`` for K = a / h + b + c h at the
+        Ratio K of horizontal to vertical total stress: a number, or a published relation ("herget",
+        "brown_hoek_upper", "brown_hoek_lower"). ``{"a": [m], "b": [-], "c": [1/m]}`` is K = a / h + b + c h at the
         depth h. With the surcharge and several rocks that is a gamma_top + (b + c h) sigma_v.
     k0_across : as k0, or None
         Of polyhedra: the ratio across the trend; None: as `k0`.

@@ -1,9 +1,9 @@
 """Published values for rocks, joints and bolts, to start from (Wang Tables A.1, A.2, A.3 and 8.3; steel by standards).
 
-The elastic moduli of the Cassiar rocks in Table A.1 are ten times those of Table 8.3, which the analyses used:
-Table 8.3's are given where it has the rock, a tenth of A.1's otherwise. Argillite is in both, with other values:
-A.1's has a name of its own. Values of other rocks are the typical ones; their ranges, which are compared with them, are
-wide, and a project's own tests come first.
+The elastic moduli of the Cassiar rocks in Table A.1 are ten times those of Table 8.3, which the analyses used.
+Here they are those of Table 8.3, or a tenth of those of Table A.1 for rocks that Table 8.3 does not have.
+Argillite is in both, with other values: A.1's has a name of its own. Values of other rocks are the typical ones.
+Their ranges are wide, and a project's own tests come first.
 
 Examples
 --------

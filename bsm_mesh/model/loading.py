@@ -16,8 +16,8 @@ from bsm_mesh.model.water import Water
 def faults_of_loading(model: Model) -> list[str]:
     """Return one sentence if nothing loads the model at any stage, an empty list otherwise.
 
-    A load is a weight, a force or traction, water that reaches the blocks, a flow in the joints, an in-situ stress, a
-    bolt's pretension, a prescribed movement, or a pressure of a stage.
+    A load is a weight, a force, a traction or the pressure of a stage. Water that reaches the blocks, flow in joints,
+    in-situ stress, pretension of bolts and prescribed displacements are loads too.
     """
     loaded = (
         (model.weights.any() and any(part.any() for part in _gravities(model)))

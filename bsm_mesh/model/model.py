@@ -73,9 +73,9 @@ class Model:
     gravity_trend : float or None [degrees]
         Of polyhedra: where the horizontal part pulls to, clockwise from north (+y); None: to the east, along +x.
     contact_points : {"ends", "gauss", "both", "corners"}
-        Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points. Of polyhedra the
-        points of a shared face: ``"both"``, corners and centroid (``"ends"`` is the same), or ``"corners"`` alone,
-        which are as stiff against bending as ends in the plane: three times the face itself.
+        Places of the two springs of a shared edge: its ends (the thesis) or its Gauss points. Of polyhedra the
+        points of a shared face: ``"both"`` (or ``"ends"``), corners and centroid, or ``"corners"`` alone. Ends and
+        corners alone are three times as stiff against bending as the edge or face itself.
     in_situ : InSitu or None
         Stress of the ground before the first stage; displacements then count from there.
     water : Water or None

@@ -25,8 +25,8 @@ class Options:
         ``"continuation"``: joints slip and open, blocks move far, the verdict is found (Wang ch. 4 in purpose).
         ``"wang"``: the iteration of Wang Fig. 4.9, corrected, to compare with the thesis only: slow where blocks slide.
     tolerance : float
-        Largest residual force of a block in equilibrium, over the reference weight: the greatest of the blocks' mean
-        weight, the mean load of a loaded one and the contacts' mean force at the start. 1e-12 to 1e-4.
+        Largest residual force of a block in equilibrium, over the reference weight. That is the greatest of the blocks'
+        mean weight, the mean load of a loaded block and the contacts' mean force at the start. 1e-12 to 1e-4.
     max_steps : int
         Steps of the continuation, cycles of ``"wang"``, after which it gives up: `not_converged`.
     displacement_limit : float or None [m]

@@ -84,8 +84,7 @@ class Shaking:
     mass_scaling : float
         Blocks may be heavier than real by this factor at most, for a longer time step; 1: never.
     max_imbalance : float
-        Energy that is missing from, or left over in, the balance, over the greatest energy in it: with more the stage
-        is not converged.
+        Error of the energy balance, over the greatest energy in it. With a greater error the stage is not converged.
 
     Raises
     ------

@@ -37,8 +37,8 @@ class Sliding:
 def slide(base: BaseMotion, part: float, resistance: float) -> Sliding:
     """Return how far a block slides to one side only, by integrating the record twice.
 
-    It slides while the base accelerates to the other side by more than the resistance, and until its velocity relative
-    to the base is used up.
+    It starts when the base accelerates to the other side by more than the resistance. It stops when its velocity
+    relative to the base is used up.
 
     Parameters
     ----------

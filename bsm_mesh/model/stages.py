@@ -37,7 +37,7 @@ class Stage:
     name : str
         For results and pictures; ``initial`` is the state before the first stage.
     excavate, fill : sequence of str, int or polygon
-        Blocks to take away, and blocks taken away before to put back where they were: names of excavation groups,
+        Blocks to excavate, and excavated blocks to put back in their initial position. Names of excavation groups,
         block numbers, or polygons [m] around centroids.
     relaxation : sequence of float
         Parts of the former forces on new surfaces that are released, one after the other, each up to equilibrium;
@@ -51,8 +51,8 @@ class Stage:
     loads : sequence of load
         Loads that are added, and stay.
     strength : mapping of str to float
-        Part of the strength that the model gives which joints, and faces of rock, have from this stage on, by the
-        names of `bsm_mesh.model.strength.with_strength`; those that are not named stay as they were.
+        Factors on the strength of joints and faces of rock from this stage on, by the names of
+        `bsm_mesh.model.strength.with_strength`. Others keep their strength.
     gravity : (float, float) or None
         New horizontal and vertical parts of the unit weights that pull besides, along +x and upwards, as the model's
         `gravity_horizontal` and `gravity_vertical`; None: as before.

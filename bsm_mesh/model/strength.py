@@ -153,8 +153,8 @@ def with_strength(model: Model, factors: Mapping[str, float]) -> Model:
     Raises
     ------
     ModelError
-        With every fault: names that do not exist, joints without a law and rocks without strength that are named,
-        factors and strengths out of range.
+        With every fault: names that do not exist, named joints without a law, named rocks without strength. Factors
+        and strengths out of range are faults too.
     """
     joints, rocks = joints_and_rocks_at(model, factors)
     pairs = zip((*joints, *rocks), (*model.joints, *model.rocks), strict=True)

@@ -222,8 +222,8 @@ class StageResult(Portable):
     present : (n,) bool
         Which blocks are there; all arrays over blocks hold zeros for the others.
     displacement, stage_displacement : (n, 3) float64 [m, m, rad]
-        u, v and theta of every block, since the ground's in-situ state where it is given (else since the start), and
-        since the stage's start. Of a filled block since it was placed.
+        u, v and theta of every block. The first counts from the ground's in-situ state if it is given, else from the
+        start; the second from the stage's start. Those of a filled block count from its placement.
     origin : (n, 3) float64 [m, m, rad]
         Where `displacement` counts from, less the given position: the displacement by the in-situ state.
     stress, stress_effective : (n, 2, 2) float64 [Pa]
@@ -251,7 +251,7 @@ class StageResult(Portable):
     start_residual, residual : float
         As in `StepRecord`, before the first step and at the end.
     reference_weight : float [N/m]
-        What residuals are relative to: the greatest of a block's mean weight, a loaded block's mean load and the mean
+        Reference of residuals. It is the greatest of a block's mean weight, a loaded block's mean load and the mean
         force of contacts at the start.
     steps : tuple of StepRecord
         How it got there.

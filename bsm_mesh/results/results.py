@@ -163,7 +163,7 @@ class Results:
         figure : matplotlib.figure.Figure, optional
             The figure to draw on; by default one of its own, to be saved (``savefig``) or shown by a notebook.
         beside : path, Results, or several of them, or a mapping of names to them
-            The values compared with the histories: tables (CSV), results folders, other results.
+            Values for comparison with the histories. They are tables (CSV), results folders or other results.
         look : (azimuth, plunge), optional [degrees]
             Direction in which polyhedra are seen: clockwise from north, and downwards; by default at those that fall.
 

@@ -24,9 +24,9 @@ class ShakingResult(Portable):
     base_acceleration : (k,) float64 [m/s2]
         Of the base at them, along its direction, as a mean over a time step.
     energy : (k, 10) float64 [N]
-        Energies since the start, per metre of thickness, a column each of `ENERGIES`: put in by the base or by waves
-        (`input`) and by weights, loads and water, less what blocks take along that are taken away (`loads`); what
-        movement, springs, bolts, slip, dashpots, mass damping and quiet boundaries took of it; and the rest (`error`).
+        Energies since the start, per metre of thickness, a column each of `ENERGIES`. `input` is the work of the base
+        or of waves; `loads` that of weights, loads and water, less the energy of removed blocks. Movement, springs,
+        bolts, slip, dashpots, mass damping and quiet boundaries take it; the rest is `error`.
     peak_velocity : (n,) float64 [m/s]
         Greatest speed of every block relative to the base.
     peak_acceleration : (n,) float64 [m/s2]

@@ -76,8 +76,8 @@ class Failure:
     Attributes
     ----------
     movement : float
-        A block that moves by more than this part of its size (the root of its area) from where it is in the reference
-        state has failed, even where it reaches rest again.
+        Part of a block's size, the root of its area. A block that moves further from its place in the reference state
+        has failed, even if it reaches rest again.
 
     Examples
     --------

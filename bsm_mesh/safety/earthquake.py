@@ -44,8 +44,8 @@ class SlidingSide:
     limit : Safety
         The yield acceleration over gravity, as the bracket of a search.
     sliding, turned : Sliding or None
-        By the record, and by the record turned over, from the last stable acceleration on: the greater displacement of
-        the bracket. None: stable up to the peak of the record, so nothing slides.
+        By the record, and by the record turned over, above the last stable acceleration. That is the greater
+        displacement of the bracket. None: stable up to the peak of the record, so nothing slides.
     least, turned_least : float [m]
         The same displacements from the first unstable acceleration on; 0 where none was found.
     """
@@ -134,8 +134,8 @@ def newmark(
 ) -> Newmark:
     """Return how far a model slides in an earthquake by Newmark's method, and the result of its shaken stage.
 
-    The yield acceleration is the greatest horizontal part of the weights that the blocks carry in a stage of their own,
-    from where they are at rest (`limit_value`). The record is integrated twice where it exceeds it, once as given and
+    The yield acceleration is the greatest horizontal part of the weights that the blocks carry (`limit_value`). It acts
+    in a stage of its own on blocks at rest. The record is integrated twice where it exceeds it, once as given and
     once turned over.
 
     Parameters

@@ -49,8 +49,8 @@ def factor_of_safety(
     undecided, and undecided is never counted as failed. The bracket between the last stable and the first unstable
     factor is made narrower until it is closed.
 
-    A stage that is not reached, since one before is not stable with the strength that is given, has a factor below 1:
-    strength is raised in every stage up to it, whatever `start` says.
+    Where an earlier stage is not stable with the given strength, the factor is below 1. Strength is then raised in
+    every stage up to the one in question, whatever `start` is.
 
     Parameters
     ----------

@@ -160,8 +160,8 @@ def strength_trials(
 ) -> StrengthTrials:
     """Return the trials of a model's stage, what comes before it solved.
 
-    Where what comes before is not stable with the strength that is given, the stage is reached with more strength only:
-    then strength is divided in every stage, and the factor is below 1.
+    Where an earlier stage is not stable with the given strength, the stage is reached with more strength only. Then
+    strength is divided in every stage, and the factor is below 1.
     """
     number = stage_number(model, stage)
     model = model_up_to(model, number)

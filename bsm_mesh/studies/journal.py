@@ -1,7 +1,7 @@
 """The runs of a study that are finished, on the disk itself as each reaches its end: a line of JSON a run.
 
-Each line has a checksum over the run, its answers and the study's inputs: a number that was changed, or a line of
-another study, is no run of this one.
+Each line has a checksum over the run, its answers and the study's inputs. A changed number, or a line of another
+study, is an error.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ SCATTERING = ("friction", "cohesion")
 class Scatter:
     """How a joint's friction or cohesion scatters from face to face.
 
-    A face takes one of `classes` values, equally likely, that lie at the middle quantiles of a normal distribution
+    A face takes one of `classes` values, equally likely. They lie at the middle quantiles of a normal distribution
     about the joint's own value and have its deviation. The joint ``J1`` becomes ``J1~1`` (the least) to ``J1~9``. Both
     sides of a face take the same; where faces do not match from end to end each side has its own, and a contact has
     that of the edge. A residual friction moves along with the friction.

@@ -27,8 +27,8 @@ class Failure:
     Attributes
     ----------
     runs, stable, moved_far, unstable, undecided, failed : int
-        Runs in all; those that are stable, reached rest beyond the limit of movement, are unstable, came to no verdict
-        in the steps they had, and those with a fault.
+        Numbers of runs: all, stable, at rest beyond the limit of movement, unstable, without a verdict within their
+        steps, and with a fault.
     share : float or None
         Runs that moved too far or are unstable, over those with a verdict; None where there are none.
     interval : pair of float or None
@@ -85,7 +85,7 @@ class Effect:
     correlation, p_value : float or None
         Spearman's rank correlation, and how likely one as great is by chance; None where either does not vary.
     low, high : float or None
-        Mean of the answer in the quarter of the runs with the least values of the key, and with the greatest.
+        Mean of the answer in the quarter of the runs with the least values of the key; the same with the greatest.
     """
 
     key: str

@@ -88,8 +88,8 @@ def compare_stages(
     mesher : Mesher or None
         Meshes the inside of the blocks; None: as `build_continuum_mesh` says.
     near_blocks : bool
-        Whether the last part of every stage begins where the blocks came to rest, joints broken as they are there:
-        joints that break leave several equilibria, and this is the elements' own one near by.
+        Whether the last part of every stage begins with the blocks' displacements and broken joints. Joints that break
+        leave several equilibria, and this is the elements' own one near by.
 
     Raises
     ------

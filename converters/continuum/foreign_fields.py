@@ -45,9 +45,9 @@ class FieldNames:
         Names in the file of "displacement", "stress", or of their parts "ux", "uy", "sxx", "syy", "sxy"; others are
         looked for among names that programs use.
     factors : mapping of str to float
-        By which the values are multiplied: "displacement", or its parts "ux" and "uy", to metres, "stress", or its
-        parts "sxx", "syy" and "sxy", to pascals, "length" (of the mesh) to metres; where not given as the name in the
-        file tells ("Sigma XX (MPa)"), else 1. A part's own counts before that of the whole.
+        Factors on the values. "displacement", or its parts "ux" and "uy", becomes metres; "stress", or its parts
+        "sxx", "syy" and "sxy", pascals; "length" (of the mesh) metres. Default: the unit in the name in the file
+        ("Sigma XX (MPa)"), else 1. A part's own counts before that of the whole.
     compression_positive : bool
         Whether stresses are positive in compression.
     """

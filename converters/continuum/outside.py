@@ -138,8 +138,8 @@ def stages_of(model: Model, times: Sequence[float], given: Sequence[str]) -> tup
     times : sequence of float
         When each result is.
     given : sequence of str
-        A stage for each, as the user names it; without any: one result is the last stage's, as many as there are
-        stages are theirs in order, and times that are whole numbers are those of the stages, from 0.
+        A stage for each, as the user names it. Without names, one result is that of the last stage. As many results
+        as stages are theirs in order, and times that are whole numbers are numbers of stages, from 0.
 
     Raises
     ------

@@ -60,7 +60,7 @@ def solve_continuum_stages(
     Raises
     ------
     ModelError
-        For rigid rocks without `joints`, bolts that end in the void, supports that contradict each other at a shared
-        node, or a part free to move.
+        For rigid rocks without `joints`, bolts that end in the void, and parts free to move. Supports that contradict
+        each other at a shared node are a fault too.
     """
     return Continuum(model, Discretization(**discretization)).solve(constants_of(model, elasticity))

@@ -126,7 +126,7 @@ def gather_cells(
     numbers : sequence of (m,) int64, optional
         Number of every element in the file; also the order in which blocks will be numbered.
     node_sets, sides : mapping of str to array, optional
-        Sets of nodes, and of sides of elements by their ends: they become line elements in groups of these names.
+        Sets of nodes, and of sides of elements by their ends. They become line elements in groups of these names.
     notes : sequence of Note
         Notes of the reader.
 

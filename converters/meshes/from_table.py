@@ -34,8 +34,8 @@ def read_table(path: Path) -> ForeignResult:
     Raises
     ------
     ModelError
-        If there is no column of x or y, they differ in unit, two columns have one name, a row is not complete, a number
-        is missing, or the nodes lie on one line.
+        If there is no column of x or y, their units differ, two columns have one name, or a row is not complete.
+        Missing numbers, and nodes on one line, are errors too.
     """
     rows = read_rows(path, "x and y among them, a row a node")
     header, places = rows.header, range(len(rows.lines))

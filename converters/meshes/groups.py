@@ -83,8 +83,8 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str], used: Collection[
     cells : MeshCells
         The mesh.
     renaming : mapping of str to str
-        From the mesh's names to ``kind:name``: a group's name, ``"ARRAY=VALUE"`` for the cells where an array of
-        whole numbers has that value, or ``"*"`` for the surface elements in no rock.
+        From the mesh's names to ``kind:name``. A name is that of a group, or ``"ARRAY=VALUE"``: cells with that value
+        in an array of whole numbers. ``"*"`` are surface elements in no rock.
     used : collection of str
         Names of groups that are used besides.
 

@@ -54,8 +54,8 @@ class Marks:
     lines : mapping of str to sequence of (n, 2) float64 [m]
         Lines of each joint; elements that they cross are cut.
     borders : mapping of str to str or (str, str)
-        The two sides of each joint: two names (rocks, groups of surfaces), ``"rocks"`` for any two rocks, or the name
-        of an array of whole numbers for any two values of it.
+        The two sides of each joint: two names (rocks, groups of surfaces), or ``"rocks"`` for any two rocks. The name
+        of an array of whole numbers is for any two values of it.
     boundaries : mapping of str to Place
         Where each boundary is.
     """

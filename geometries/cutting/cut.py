@@ -26,8 +26,8 @@ MOST_MEETINGS = 5000  # places where lines meet: Gmsh fragments so many in 3 s o
 def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
     """Return the blocks into which the joints cut the rock.
 
-    Both engines give the same blocks with the same numbers, but where lines lie within the tolerance of each other:
-    there one may have a sliver that the other has not.
+    Both engines give the same blocks with the same numbers. Where lines lie within the tolerance of each other, one
+    engine may give a sliver that the other does not.
 
     Parameters
     ----------

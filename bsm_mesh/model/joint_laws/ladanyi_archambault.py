@@ -29,10 +29,10 @@ ROOM = 2e-6  # of the strength where a line touches: what a curve may rise by be
 class LadanyiArchambault:
     """Ladanyi-Archambault joint law: s (1 - a) (d + tan f) + a S over 1 - (1 - a) d tan f, at a stress s.
 
-    Up to the wall strength c, a = 1 - (1 - s/c)^1.5 is the part of the joint where asperities are sheared through, with
-    the strength S of the rock, and d = (1 - s/c)^4 tan(dilation) the rate at which the rest climbs. Beyond it the joint
-    is as strong as rock. S = c (sqrt(n + 1) - 1) / n sqrt(1 + n s/c), n = 10. Slip takes nothing away; a contact that
-    has opened, or that arose after the start, has the friction alone.
+    Up to the wall strength c, asperities of strength S are sheared through on a part a = 1 - (1 - s/c)^1.5 of the
+    joint. The rest climbs at the rate d = (1 - s/c)^4 tan(dilation). Beyond c the joint is as strong as rock.
+    S = c (sqrt(n + 1) - 1) / n sqrt(1 + n s/c), n = 10. Slip takes nothing away; a contact that has opened, or that
+    arose after the start, has the friction alone.
 
     Attributes
     ----------
