@@ -13,7 +13,7 @@ def names_from(homes: Mapping[str, str], package: str) -> Callable[[str], Any]:
     Parameters
     ----------
     homes : mapping of str to str
-        The module of every name: what defines it, or the package of which it is a module.
+        The module of every name: that with its definition, or the package of which it is a module.
     package : str
         Name of the module that hands them on, for messages.
     """

@@ -13,7 +13,7 @@ def section_axes(extent: Sequence[float]) -> tuple[int, int] | None:
     Parameters
     ----------
     extent : sequence of float
-        Along x, y and z, in any unit of length. What lies in the xy plane keeps its axes; in the other two z is up.
+        Along x, y and z, in any unit of length. A section in the xy plane keeps its axes; in the other two z is up.
 
     Examples
     --------

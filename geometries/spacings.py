@@ -86,7 +86,7 @@ class Lognormal:
 class Exponential:
     """Exponential spacings, those of joints at random (Priest and Hudson 1976): the mean [m].
 
-    The least spacing is a twentieth of the mean; what lies above it is exponential, so that the mean holds.
+    The least spacing is a twentieth of the mean; the rest is exponential, so that the mean holds.
     """
 
     mean: float

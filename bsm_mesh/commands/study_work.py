@@ -50,7 +50,7 @@ class StudyWork:
     seed: int
 
     def __call__(self, run: int, values: Mapping[str, Value]) -> dict[str, Any]:
-        """Return the answers of a run; what goes wrong in it is one."""
+        """Return the answers of a run; a fault in it is one."""
         began = time.perf_counter()
         try:
             with warnings.catch_warnings(action="ignore"):  # of a thousand runs the same

@@ -132,7 +132,7 @@ def is_lasting(name: str) -> bool:
 
 
 def retire(folder: Path, heir: Path) -> None:
-    """Remove a folder that another one replaces; what bsm-mesh did not write goes to the other one first."""
+    """Remove a folder that another one replaces; files of others are moved to the other one first."""
     for name in foreign_files(folder):
         keep_in(folder, heir, name)
     remove_tree(folder, last=MARKER)

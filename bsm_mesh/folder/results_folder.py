@@ -247,7 +247,7 @@ class ResultsFolder:
     def put_in_place(self) -> None:
         """Let the folder of the run take the place of the former results, in one step where the system can.
 
-        What bsm-mesh did not write goes along. If a process dies in between, `recover` ends it.
+        Files of others go along. If a process dies in between, `recover` ends it.
 
         Raises
         ------

@@ -56,7 +56,7 @@ class Bolt:
     pretension : float [N]
         Tension at installation; 0 for a passive bolt.
     anchor_capacity : float or None [N]
-        Of an end-anchored bolt: what either anchorage carries (Wang Eq. 5.3); None: unlimited.
+        Of an end-anchored bolt: capacity of each anchorage (Wang Eq. 5.3); None: unlimited.
     spacing : float [m]
         In the plane: distance of bolts out of it; forces on the blocks are divided by it. In space: leave it out.
     stage : str or None

@@ -30,7 +30,7 @@ NAMES = "load.N.factor, stage.NAME.load.N.factor, water.rise, tilt.left, tilt.ri
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What changes a number of a model that no key of its file holds.
+    """A change of a number of a model that no key of its file holds.
 
     Attributes
     ----------

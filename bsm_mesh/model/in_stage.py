@@ -12,7 +12,7 @@ from bsm_mesh.model.water import Water
 def model_in_stage(model: Model, number: int) -> Model:
     """Return a model with the strength and the gravity of a stage; itself where no stage so far changes either.
 
-    Blocks, loads and water are those of the start: what stages do to them is not looked at. A model that is changed
+    Blocks, loads and water are those of the start, without changes by stages. A model that is changed
     has no stages and no bolts, which belong to stages.
 
     Parameters

@@ -1,4 +1,4 @@
-"""What in a model does not fit together: one sentence for every fault, with its cure."""
+"""Contradictions within a model: one sentence for every fault, with its cure."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class GroutTable(Table):
 
 
 class FlowPartsTable(Table):
-    """What lets water in or out, and what keeps it."""
+    """Inflow, outflow and barriers of the flow."""
 
     head: dict[str, Annotated[float, q.COORDINATE]] = Field(
         default_factory=dict, description="level of the water at boundaries, by name"

@@ -91,7 +91,7 @@ class GravityTable(Table):
 
 
 class StageGravityTable(Table):
-    """What pulls besides the weights from a stage on, in parts of them."""
+    """Pseudo-static forces from a stage on, in parts of the weights."""
 
     horizontal: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="along +x")
     vertical: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="upwards")

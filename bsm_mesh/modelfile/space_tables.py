@@ -182,7 +182,7 @@ class SpaceLoadTable(Table):
 
 
 class SpaceGravityTable(Table):
-    """What pulls besides the weights, in parts of them: a pseudo-static earthquake."""
+    """Pseudo-static forces of an earthquake, in parts of the weights."""
 
     horizontal: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="towards the trend")
     vertical: Annotated[float, q.GRAVITY_PART] = Field(default=0.0, description="upwards")

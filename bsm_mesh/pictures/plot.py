@@ -1,4 +1,4 @@
-"""Pictures in a process of their own: what drawing needs of memory and settings is gone with it."""
+"""Pictures in a process of their own, so that its memory and settings end with it."""
 
 from __future__ import annotations
 

@@ -244,7 +244,7 @@ class Witness(Portable):
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Proof:
-    """What limit analysis says of the start of a stage that is unstable.
+    """Limit analysis of the start of an unstable stage.
 
     Attributes
     ----------

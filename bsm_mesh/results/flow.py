@@ -77,12 +77,12 @@ class FlowResult(Portable):
 
     @property
     def through(self) -> float:
-        """What flows through the network [m2/s]: all that leaves it."""
+        """Flow through the network [m2/s]: all that leaves it."""
         return float(np.maximum(self.outflow, 0.0).sum())
 
     @property
     def leaving(self) -> FloatArray:
-        """What leaves the network at every place, (p,) [m2/s]; negative where more enters."""
+        """Outflow of the network at every place, (p,) [m2/s]; negative where more enters."""
         at = self.place >= 0
         total = np.bincount(self.place[at], self.outflow[at], minlength=len(self.places))
         return total.astype(np.float64)

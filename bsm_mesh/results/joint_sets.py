@@ -1,4 +1,4 @@
-"""What happened in every joint set: how much of its length slips and is open, and under which pressure."""
+"""State of every joint set: the shares of its length that slip and are open, and the pressure."""
 
 from __future__ import annotations
 

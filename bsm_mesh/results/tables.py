@@ -161,7 +161,7 @@ def _bolts(results: Results, stage: StageResult) -> Columns:
 
 
 def _flow(results: Results, stage: StageResult) -> Columns:
-    """Return a row a place where water may enter or leave the joints; what enters is negative."""
+    """Return a row a place where water may enter or leave the joints; inflow is negative."""
     flow = stage.flow
     if flow is None:
         return {"place": np.zeros(0, dtype=object), "outflow": np.zeros(0), "nodes": np.zeros(0, dtype=np.int64)}

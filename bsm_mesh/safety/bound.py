@@ -21,7 +21,7 @@ MOVES = 1e-6  # of the greatest velocity in a mechanism
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Limit:
-    """What limit analysis says of a factor, or why it says nothing.
+    """The upper bound of a factor by limit analysis, or the reason for none.
 
     Attributes
     ----------

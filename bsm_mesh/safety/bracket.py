@@ -72,7 +72,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """What trials say of the limit.
+    """The bracket of the limit by trials.
 
     Attributes
     ----------

@@ -71,7 +71,7 @@ class Criterion(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Failure:
-    """What counts as failure.
+    """The displacement that counts as failure.
 
     Attributes
     ----------

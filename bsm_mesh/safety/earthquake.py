@@ -35,7 +35,7 @@ LEVEL = 1e-6  # part of the record that is horizontal
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class SlidingSide:
-    """What slides to one side.
+    """Sliding to one side.
 
     Attributes
     ----------

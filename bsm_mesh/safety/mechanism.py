@@ -1,4 +1,4 @@
-"""What fails: blocks, and the joints that slip or open on the way."""
+"""The mechanism of failure: blocks, and the joints that slip or open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs of a model that differ in one number: what comes before the stage in question is solved once."""
+"""Runs of a model that differ in one number; stages before the one in question are solved once."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Work(Protocol):
         """Key of the work."""
 
     def __call__(self, run: int, values: Mapping[str, Value]) -> dict[str, Any]:
-        """Return the outcome of a run, of plain values; what goes wrong in it is an answer too."""
+        """Return the outcome of a run, of plain values; a fault in it is an answer too."""
 
 
 class Scheduler(Protocol):

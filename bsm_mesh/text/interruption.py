@@ -28,7 +28,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class _Watch:
-    """What became of the signals of this process."""
+    """The signals that reach this process."""
 
     def __init__(self) -> None:
         self.before: dict[int, Any] = {}

@@ -19,7 +19,7 @@ def joint_force_error(
     bsm, fem : ContactForces
         Of both methods.
     held : (n,) bool
-        Blocks with a support: what two of them exert on each other is left out, for the blocks do not know it.
+        Blocks with a support. Forces between two of them are left out, for the blocks do not know them.
     """
     count = len(held)
     (ours, of_ours), (theirs, of_theirs) = (_between_pairs(contacts, held) for contacts in (bsm, fem))

@@ -1,4 +1,4 @@
-"""What finer elements and interfaces change, and where it leads: whether the blocks' own contact points are enough.
+"""Effect of finer elements and interfaces, and its limit: whether the blocks' own contact points are enough.
 
 In elastic rock both are halved together, and what changes may come from the elements alone.
 
@@ -79,7 +79,7 @@ class Refinement:
 
     @property
     def sentence(self) -> str:
-        """What refining does, in words; without a full stop."""
+        """The effect of refining, in words; without a full stop."""
         what = "elements and interfaces" if self.levels[0].points else "elements"
         if len(self.levels) == 1:
             return f"with {what} halved the finite elements find no equilibrium"

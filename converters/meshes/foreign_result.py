@@ -1,4 +1,4 @@
-"""What another program computed: a plane mesh with fields at its nodes and elements."""
+"""Results of another program: a plane mesh with fields at its nodes and elements."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class Segments:
     def around(self, low: FloatArray, high: FloatArray) -> Segments:
         """Return the segments that may reach a box, by its corners [m]; far ends are drawn nearer along the segments.
 
-        What lies within one size of the box stays as it is.
+        Lines within one size of the box stay as they are.
         """
         size = float((high - low).max())
         low, high = low - size, high + size

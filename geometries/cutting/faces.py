@@ -1,4 +1,4 @@
-"""The faces of a graph: what its edges enclose, each with its rock."""
+"""The faces of a graph, enclosed by its edges, each with its rock."""
 
 from __future__ import annotations
 

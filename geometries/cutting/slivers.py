@@ -18,7 +18,7 @@ THINNEST = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Joined:
-    """What became of slivers.
+    """The slivers that were joined or left.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What acts on the blocks follows from the input: weights from areas and unit weights, loads from their forces."""
+"""Loads on the blocks follow from the input: weights from areas and unit weights, loads from their forces."""
 
 from __future__ import annotations
 

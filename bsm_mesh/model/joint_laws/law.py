@@ -127,7 +127,7 @@ def handed_on(law: JointLaw, wrapper: JointLaw, failed: BoolArray, memory: tuple
 
 @runtime_checkable
 class StraightLaw(JointLaw, Protocol):
-    """A law whose strength is bounded by straight lines: what limit analysis asks of it besides."""
+    """A law whose strength is bounded by straight lines, with the further methods for limit analysis."""
 
     def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return slope [-] and intercept [N/m] of k lines for contacts that have not failed, (m, k) each.

@@ -1,4 +1,4 @@
-"""What bolts remember from accepted steps; all else of them follows from the model."""
+"""Memory of bolts from accepted steps; all else of them follows from the model."""
 
 from __future__ import annotations
 

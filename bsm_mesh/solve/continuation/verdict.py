@@ -19,7 +19,7 @@ from bsm_mesh.solve.step.system import Contacts, System
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CollapseSettings:
-    """What counts as collapse.
+    """The criterion of collapse.
 
     Attributes
     ----------

@@ -39,7 +39,7 @@ class Measure:
 
     @property
     def of_rows(self) -> FloatArray:
-        """What equilibrium of the blocks is multiplied by, so that all are in balance to the same digit, (n,)."""
+        """Factors on the equilibrium of the blocks, so that all are in balance to the same digit, (n,)."""
         return np.maximum(self.mean / self.block, 1.0)
 
     def of_contacts(self, one: IntArray, other: IntArray) -> FloatArray:

@@ -206,7 +206,7 @@ class LimitProgram:
 
     @property
     def _units(self) -> FloatArray:
-        """What makes moments forces, (n, 3): the inverse of the radius of gyration, and 1 for forces."""
+        """Factors that make moments forces, (n, 3): the inverse of the radius of gyration, and 1 for forces."""
         return np.column_stack([np.ones((self.blocks.count, 2)), 1 / self.radius])
 
     def _motion(self, found: Solution, here: Measured) -> tuple[FloatArray, FloatArray]:

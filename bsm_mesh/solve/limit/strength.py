@@ -1,4 +1,4 @@
-"""What limits the forces of limit analysis, in contacts and bolts: numbers, parts of them, rows of a linear program."""
+"""Limits of the forces of limit analysis, in contacts and bolts: numbers, parts of them, rows of a linear program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bsm_mesh.solve.bolts.dowels import Dowels
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Strength:
-    """What contacts and bolts carry at most, over the bolts' spacing; infinite: no bound.
+    """Greatest forces of contacts and bolts, over the bolts' spacing; infinite: no bound.
 
     Attributes
     ----------

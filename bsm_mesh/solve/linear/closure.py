@@ -1,4 +1,4 @@
-"""Stiffness that is too great or too small for a model's own forces: what closes is lost in rounding or in depth.
+"""Stiffness that is too great or too small for a model's own forces: closure is lost in rounding, or too deep.
 
 Positions are doubles. A contact whose stiffness times their rounding is more than the tolerance allows cannot be
 brought into balance; under the model's forces it closes by less than about 1e-10 of a block. And a block that sinks

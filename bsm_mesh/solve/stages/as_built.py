@@ -1,4 +1,4 @@
-"""A model as it is in its last stage, without the stages before: what limit analysis is asked about."""
+"""A model as it is in its last stage, without the stages before, for limit analysis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Notes on a stage that was shaken: what its verdict means, and how it was followed in time."""
+"""Notes on a stage that was shaken: the meaning of its verdict, and the way it was followed in time."""
 
 from __future__ import annotations
 

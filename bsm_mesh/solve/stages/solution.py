@@ -32,7 +32,7 @@ from bsm_mesh.solve.stages.shaken import notes_on_shaking
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """What all stages of a run have in common.
+    """The parts that all stages of a run have in common.
 
     Attributes
     ----------

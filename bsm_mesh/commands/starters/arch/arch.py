@@ -1,6 +1,6 @@
 """A semicircular arch of stones, scripted with Gmsh alone: change it and run `bsm-mesh run model.toml`.
 
-`build` writes a Gmsh mesh. What counts are the names of its physical groups, `kind:name`: surfaces `rock:granite`,
+`build` writes a Gmsh mesh. The names of its physical groups count, `kind:name`: surfaces `rock:granite`,
 curves `joint:bed` (between stones) and `boundary:springing`.
 """
 

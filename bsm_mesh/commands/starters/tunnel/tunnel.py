@@ -1,6 +1,6 @@
 """A circular tunnel in rock with two sets of joints, by Gmsh alone: change it and run `bsm-mesh run model.toml`.
 
-`build` writes a Gmsh mesh. What counts are the names of its physical groups, `kind:name`: surfaces `rock:gneiss` and
+`build` writes a Gmsh mesh. The names of its physical groups count, `kind:name`: surfaces `rock:gneiss` and
 `excavation:tunnel` (a surface may have both), curves `joint:J1`, `joint:J2` and `boundary:bottom`. Each region
 bounded by joints is a block (`blocks = "regions"`), whatever the size of the elements.
 """
