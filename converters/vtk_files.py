@@ -357,7 +357,7 @@ def _cell_array(offsets: IntArray, connectivity: IntArray) -> Any:
 def in_xml(name: str) -> str:
     """Return the name of an array as VTK's writer must be given it, which writes it into an attribute as it is.
 
-    Characters that XML cannot hold, such as control characters, become an escape, a backslash with ``x01`` and the like.
+    Control characters, which XML cannot hold, become an escape, a backslash with ``x01`` and the like.
     """
     return NO_XML.sub(lambda found: found[0].encode("unicode_escape").decode(), name).translate(IN_ATTRIBUTES)
 

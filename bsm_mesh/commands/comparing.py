@@ -36,7 +36,7 @@ ERROR_HEADER = ("r.m.s. of", "blocks", "continuum", "L2", "greatest", "where")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked:
-    """Options of the finite-element comparison, as `compare_stages` takes it; `size` [m] of Gmsh's mesh; pictures or none."""
+    """Options of `compare_stages`; `size` [m] of Gmsh's mesh; pictures or none."""
 
     order: int | None
     joints: bool | None
