@@ -84,7 +84,18 @@ def of_models(
             was, limit = before.get(key), (limits_before or {}).get(key, 0.0)
             row += [""] * len(former) if was is None else _beside(record, was, limit)
         rows.append(row)
-    return rows
+    return rows if before is None else [*rows, _sum(records, before)]
+
+
+def _sum(records: dict[Key, Record], before: dict[Key, Record]) -> Row:
+    """Return the row of the sums of processor time, over the models with an end in both campaigns."""
+    pairs = [(record, before[key]) for key, record in records.items() if key in before]
+    pairs = [pair for pair in pairs if all("seconds" in record for record in pair)]
+    now, then = (
+        (sum(float(record["seconds"]) for record in side) for side in zip(*pairs, strict=True)) if pairs else (0, 0)
+    )
+    ratio = f"{now / then:.2f}" if then > 0 else ""
+    return [f"sum of {len(pairs)}", *[""] * 4, f"{now:.1f}", *[""] * 4, f"{then:.1f}", ratio]
 
 
 def _beside(record: Record, was: Record, limit: float) -> Row:
