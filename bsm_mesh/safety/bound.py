@@ -43,6 +43,10 @@ class Limit:
     unproved: float = math.inf
     mechanism: FloatArray | None = None
 
+    def __repr__(self) -> str:
+        """Return the bound in one line."""
+        return f"Limit: {self.text}"
+
 
 def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
     """Return the upper bound of limit analysis on the last stage of a model, or why there is none.

@@ -108,6 +108,10 @@ class MeshReport:
         """Return how many elements, nodes or pieces the notes of one kind speak of."""
         return sum(self.about(kind).values())
 
+    def __str__(self) -> str:
+        """Return the report as text."""
+        return "\n".join(self.lines())
+
     def lines(self) -> list[str]:
         """Return the report as text, a line a thing."""
         found = [f"  {name}: {counted(count, _thing(name))}" for name, count in self.groups.items()]

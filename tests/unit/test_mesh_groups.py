@@ -137,3 +137,9 @@ def test_a_curve_may_be_joint_and_boundary() -> None:
     blocks, report = convert({"rock:a": [[0, 1, 2], []], "joint:J": [[], [0]], "boundary:wall": [[], [0]]})
     assert np.flatnonzero(blocks.edge_joint == 0).tolist() == blocks.boundaries["wall"].tolist() == [1, 7]
     assert report.about(NoteKind.INTERIOR) == {"boundary:wall": 2}
+
+
+def test_a_printed_report_is_text() -> None:
+    _, report = convert({"rock:a": [[0, 1, 2], []]})
+    assert str(report) == "\n".join(report.lines())
+    assert "rock:a: 3 blocks" in str(report)

@@ -70,6 +70,10 @@ def test_a_block_that_moves_far_and_rests_has_failed():
     assert "(limit: 5 %)" in bad.reason
 
 
+def test_a_bound_is_printed_in_one_line():
+    assert repr(Limit(factor=2.0, text="upper bound 2", mechanism=np.ones((40, 3)))) == "Limit: upper bound 2"
+
+
 def test_undecided_trials_keep_the_bracket_open():
     found = searched(Made(lambda value: 0.1 * max(0.0, value - 1), undecided=[(1.45, 1.52)]))
     assert not found.is_closed
