@@ -2,7 +2,8 @@
 
 The models are the examples, and those of known factors of safety, their strength divided by 0.95 and by 1.05 of that.
 Both are run with the options of the model file and one thread. Where verdicts differ, the slice is run between walls
-too. Every model is written as a line of JSON.
+too. Where displacements differ by more than `ASKED`, the plane is solved by other routes as well: where friction leaves
+several equilibria, these differ by more. Every model is written as a line of JSON.
 """
 
 from __future__ import annotations
@@ -26,17 +27,30 @@ from benchmarks.pages import add_into, tell
 from benchmarks.slices import NoSliceError, Slice, extruded
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.strength import with_strength
+from bsm_mesh.modelfile.variation import Variation
 from examples.numbers.pages import markdown
 from tests.scenes import large
 from tests.scenes.known_factors import Known, known
 from tests.scenes.openings import opening
 from tests.scenes.two_stages import staged
 
+ROOT = Path(__file__).parents[1]
 MAKER = "python -m benchmarks.extruded"
 SMALL = 1e-6  # of the displacement: less is rounding
+ASKED = 1e-3  # of it: an explanation is asked for where a slice is off by more
 BESIDE = (0.95, 1.05)  # of a known factor: at rest, in motion
+GAPS = (1.8, 1.9, 1.95, 2.05, 2.1, 2.2)  # m, above the floor: its example has 2 m
 MOST = 800  # blocks of a model that is run
-HEADER = ("model", "blocks", "stages", "plane", "slice", "between walls", "displacement off by")
+HEADER = (
+    "model",
+    "blocks",
+    "stages",
+    "plane",
+    "slice",
+    "between walls",
+    "displacement off by",
+    "plane by other routes",
+)
 
 
 def _verdicts(stages: Sequence[str]) -> str:
@@ -50,6 +64,9 @@ def models() -> dict[str, Callable[[], bsm.Model]]:
     for path in all_models():
         if "starters" not in path.parts:
             found[f"{path.parent.name}/{path.stem}"] = partial(bsm.load, path)
+    floor = ROOT / "examples/03_stratified_slope/floor.toml"
+    for gap in GAPS:
+        found[f"03_stratified_slope/floor, gap {gap:g} m"] = partial(_with_gap, floor, gap)
     for each in known():
         for part in BESIDE:
             found[f"{each.name}; {part:g} of the known factor"] = partial(_reduced, each, part)
@@ -60,6 +77,10 @@ def models() -> dict[str, Callable[[], bsm.Model]]:
         found[f"{build.__name__}, 300 blocks"] = partial(_scene, build, k0)
     found["sliding_layers, 100 blocks"] = partial(_scene, partial(large.sliding_layers, 100), None)
     return found
+
+
+def _with_gap(path: Path, gap: float) -> bsm.Model:
+    return Variation(path).with_value("mesh.parameters.gap", gap)
 
 
 def _reduced(each: Known, part: float) -> bsm.Model:
@@ -88,19 +109,23 @@ def compared(model: bsm.Model) -> dict[str, Any]:
     told: dict[str, Any] = dict(zip(("plane", "slice", "walls"), verdicts, strict=False))
     told |= {"blocks": model.blocks.count, "seconds": seconds}
     if told["plane"] == told["slice"] and set(told["plane"]) == {"stable"}:
-        told["off"] = _off(model, runs[0], runs[1])
+        told["off"], size = _off(model, runs[0], runs[1])
+        if told["off"] > ASKED:
+            ends = bsm.spread(runs[0]).spread
+            told["routes"] = max(end.difference or 0.0 for end in ends) / size
+            told["route_verdicts"] = sorted({str(end.status) for end in ends})
     return told
 
 
-def _off(model: bsm.Model, plane: bsm.Results, space: bsm.Results) -> float:
-    """Return the greatest difference of displacements in the last stage over the greatest displacement."""
+def _off(model: bsm.Model, plane: bsm.Results, space: bsm.Results) -> tuple[float, float]:
+    """Return the greatest difference of displacements in the last stage over the greatest one, and that [m]."""
     last = [run.stages[-1] for run in (plane, space)]
     flat = Slice.of(model).flat(last[0].displacement[:, :2])
     there = last[0].present & last[1].present
     there[np.concatenate([run.unstable_blocks for run in (plane, space)])] = False
     off = np.abs(last[1].displacement[there][:, [0, 2]] - flat[there]).max(initial=0.0)
     size = np.abs(flat[there]).max(initial=0.0)
-    return float(off / size) if size > 0 else 0.0
+    return (float(off / size), float(size)) if size > 0 else (0.0, 0.0)
 
 
 def table(records: Sequence[dict[str, Any]]) -> str:
@@ -117,6 +142,7 @@ def table(records: Sequence[dict[str, Any]]) -> str:
                 "the same" if told["slice"] == told["plane"] else _verdicts(told["slice"]),
                 "" if walls is None else "the same" if walls == told["plane"] else _verdicts(walls),
                 "-" if off is None else f"{off:.0e}" if off > SMALL else f"below {SMALL:.0e}",
+                _routes(told),
             )
         )
     same = sum(told["slice"] == told["plane"] for told in records)
@@ -127,6 +153,14 @@ def table(records: Sequence[dict[str, Any]]) -> str:
         f"differ. {stages} models have stages."
     )
     return f"{markdown(HEADER, rows)}\n\n{text}"
+
+
+def _routes(told: dict[str, Any]) -> str:
+    """Return by how much the plane's own routes differ, and their verdicts where there are several."""
+    if "routes" not in told:
+        return ""
+    verdicts = told["route_verdicts"]
+    return ", ".join([f"{told['routes']:.0e}", *(verdicts if len(verdicts) > 1 else [])])
 
 
 def main() -> None:

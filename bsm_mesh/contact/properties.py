@@ -112,6 +112,15 @@ class LawCatalogue:
         kind: IntArray = np.where(joint >= 0, joint, between)
         return kind
 
+    def refuse_rigid(self, rigid: BoolArray, block_a: IntArray, block_b: IntArray) -> None:
+        """Raise a `ModelError` for the first of the contacts (m,) that are rigid: without a joint, of rigid rocks."""
+        if (stiff := np.flatnonzero(rigid)).size:
+            a, b = int(block_a[stiff[0]]), int(block_b[stiff[0]])
+            raise ModelError(
+                f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
+                "or default_joint = ... for faces without one"
+            )
+
     def closure_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return closure limit [m], infinite where there is none, and normal stiffness [Pa/m] of joints (m,), -1: rock.
 
@@ -182,13 +191,7 @@ class JointCatalogue(LawCatalogue):
         joints = self._joint_of_edge, self._default, self._joint_stiffness
         rocks = self._model.blocks.rock, self._floor, self._moduli
         normal, shear, joint, kind = _in_series(placed, *sides, corners, directions, *joints, *rocks)
-        stiff = np.flatnonzero(np.isinf(normal))
-        if stiff.size:
-            a, b = int(sides[0][stiff[0]]), int(sides[1][stiff[0]])
-            raise ModelError(
-                f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
-                "or default_joint = ... for faces without one"
-            )
+        self.refuse_rigid(np.isinf(normal), *sides[:2])
         return ContactProperties(
             normal_stiffness=normal,
             shear_stiffness=shear,

@@ -123,7 +123,7 @@ function block_traces(moved) {
     const polygons = polygons_of_sides(some, moved)
     const owner = some.map((s) => SIDES.block[s])
     found.push({...mesh("blocks", polygons, owner, owner.map(value), {opacity: falls ? 1 : opacity.value}), name})
-    found.push(lines(polygons, {line: falls ? {color: data.falls, width: 5} : {color: EDGE, width: 1.5}, opacity: falls ? 1 : 0.6}))
+    found.push(lines(polygons, {line: falls ? {color: data.falls, width: 5} : {color: EDGE, width: 1.5}, opacity: falls || opacity.value === 1 ? 1 : 0.6}))
   }
   return found
 }

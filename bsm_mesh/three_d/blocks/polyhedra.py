@@ -13,7 +13,6 @@ import numpy.typing as npt
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, ReadOnlyMapping, own_array
 from bsm_mesh.errors import ModelError, counted, nearest, place, raise_faults, shortened
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
-from bsm_mesh.model.polygons import owner_of_corner
 from bsm_mesh.model.values import Rules
 from bsm_mesh.three_d.blocks.cells import Cells, arrays_of_cells
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons, contact_polygons
@@ -327,9 +326,3 @@ class Polyhedra(Portable):
                 within &= (points - corners[0]) @ area <= MERGE_TOLERANCE * self.span * np.linalg.norm(area)
             inside |= within
         return inside
-
-    def block_vertices(self, block: int) -> FloatArray:
-        """Return the corners of one block, (k, 3) [m]."""
-        on_face = np.zeros(len(self.face_offsets) - 1, dtype=bool)
-        on_face[self.block_faces(block)] = True
-        return self.vertices[np.unique(self.face_vertices[on_face[owner_of_corner(self.face_offsets)]])]

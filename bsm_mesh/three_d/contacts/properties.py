@@ -2,38 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.properties import LawCatalogue
-from bsm_mesh.errors import ModelError
+from bsm_mesh.contact.properties import ContactProperties, LawCatalogue
 from bsm_mesh.model.face_stiffness import LEAST_DEPTH, compliance
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.three_d.contacts.history import PolygonPoints
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class PointProperties:
-    """Properties of contact points, (m,) each: as `ContactProperties`, per area.
-
-    Attributes
-    ----------
-    normal_stiffness, shear_stiffness : (m,) float64 [Pa/m]
-        Rock and joint in series.
-    joint, law : (m,) int32
-        Number of the joint in ``model.joints`` (-1: unjointed rock) and of the law in the catalogue.
-    tension, residual_tension : (m,) float64 [Pa]
-        Tensile strength while it has not been broken, and what slip leaves of it.
-    """
-
-    normal_stiffness: FloatArray
-    shear_stiffness: FloatArray
-    joint: IntArray
-    law: IntArray
-    tension: FloatArray
-    residual_tension: FloatArray
 
 
 class PolygonCatalogue(LawCatalogue):
@@ -56,7 +31,7 @@ class PolygonCatalogue(LawCatalogue):
         joint: IntArray = np.where(points.joint >= 0, self._number[points.joint], self._default)
         return joint
 
-    def properties(self, points: PolygonPoints) -> PointProperties:
+    def properties(self, points: PolygonPoints) -> ContactProperties:
         """Return the properties of points.
 
         Raises
@@ -75,14 +50,9 @@ class PolygonCatalogue(LawCatalogue):
         sides = rock(points.block_a, points.depth[:, 0]), rock(points.block_b, points.depth[:, 1])
         of_joint = np.vstack([self._joint_stiffness, np.full((1, 2), np.inf)])[joint]  # the last: rock
         in_series = compliance(*sides[0], *sides[1], of_joint)
-        if (stiff := np.flatnonzero(in_series[:, 0] == 0)).size:
-            a, b = int(points.block_a[stiff[0]]), int(points.block_b[stiff[0]])
-            raise ModelError(
-                f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
-                "or default_joint = ... for faces without one"
-            )
+        self.refuse_rigid(in_series[:, 0] == 0, points.block_a, points.block_b)
         kind = self.kind_of(joint, points.block_a, points.block_b)
-        return PointProperties(
+        return ContactProperties(
             normal_stiffness=1 / in_series[:, 0],
             shear_stiffness=np.where(self.smooth[self._law[kind]], 0.0, 1 / in_series[:, 1]),
             joint=joint.astype(np.int32),
