@@ -68,7 +68,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "motion": {"algebra", "bolts", "step"},
     "methods": {"algebra", "step"},
     "continuation": {"algebra", "bolts", "methods", "motion", "stages", "step"},
-    "zones": {"algebra", "bolts", "stages"},
+    "zones": {"algebra", "bolts", "motion", "stages"},
 }
 APPLICATION = {  # folders of bsm_mesh from the ground, and which of them each may import
     "text": set(),

@@ -28,9 +28,10 @@ from bsm_mesh.commands import cli, precompile
 from bsm_mesh.commands.starters import starter_names
 from bsm_mesh.files import write_text
 from bsm_mesh.solve.algebra import pardiso
-from docs.code_blocks import files_of, python_blocks
+from docs.code_blocks import blocks_of, files_of, python_blocks
 
 ROOT = Path(__file__).parents[1]
+SHAKEN = "docs/zones_shaken.md"
 SOLVERS = ("02_pushed_block/model", "tilted_wall/tilt_28", "04_bolted_opening/model")  # by Wang's scheme too
 
 
@@ -107,6 +108,8 @@ def run_all(folder: Path) -> None:
     block = folder / "block.toml"  # of three dimensions: it slides in its last stage
     write_text(block, files_of((ROOT / "docs/three_dimensions.md").read_text(encoding="utf-8"))[block.name])
     command("run", str(block))
+    (page,) = (each for each in blocks_of((ROOT / SHAKEN).read_text(encoding="utf-8")) if each.language == "python")
+    exec(page.text, {})  # zones that are shaken
     for name in SOLVERS:
         model = bsm_mesh.load(ROOT / f"examples/{name}.toml")
         bsm_mesh.run(model, bsm_mesh.Options(scheme="wang"))

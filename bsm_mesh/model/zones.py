@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
@@ -15,6 +16,7 @@ from bsm_mesh.model.values import Rules, plain_numbers
 if TYPE_CHECKING:
     from bsm_mesh.model.materials import Rock
     from bsm_mesh.model.model import Model
+    from bsm_mesh.model.shaking import Shaking
 
 ZoneLaw = Literal["elastic", "mohr_coulomb", "hoek_brown"]
 ZoneDisplacement = Literal["small", "large"]
@@ -119,14 +121,26 @@ def zone_faults(model: Model) -> list[str]:
     if model.flow is not None:
         faults.append("zones know no flow in joints; give [water] instead of [flow], or leave zones out")
     faults += [
-        f"stage '{stage.name}' is shaken, and zones are at rest only; leave the stage or zones out"
+        f"stage '{stage.name}' is shaken, and zones that are shaken know no {name}; {cure}"
         for stage in model.stages
         if stage.shaking is not None
+        for name, cure in _unshaken(stage.shaking, zoned)
     ]
     kinds = {rock.zones.displacement for rock in zoned if rock.zones is not None}
     if len(kinds) > 1:
         faults.append('zones: some rocks have displacement = "large" and others "small"; give all of them the same')
     return faults + (_large_faults(model, zoned) if "large" in kinds else [])
+
+
+def _unshaken(shaking: Shaking, zoned: list[Rock]) -> Iterator[tuple[str, str]]:
+    """Return what zones that are shaken do not know, and the cure."""
+    if shaking.integrator == "implicit":
+        yield 'integrator = "implicit"', 'give "explicit"'
+    if shaking.mass_scaling != 1:
+        yield "mass_scaling", "remove it"
+    for rock in zoned:
+        if rock.yields and rock.zones is not None:
+            yield f"rock that yields ('{rock.name}', law = \"{rock.zones.law}\")", "remove its law, or the stage"
 
 
 def _large_faults(model: Model, zoned: list[Rock]) -> list[str]:

@@ -259,6 +259,7 @@ class Proof:
 
 
 LATER_BOLTS = Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
+OF_SHAKEN = Proof(text="no proof was sought: limit analysis is of blocks at rest, and these were shaken")
 
 
 def law_table(laws: tuple[JointLaw, ...]) -> LawTable:

@@ -78,6 +78,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/joint_keys.md": SLOPE,
     "docs/runs.md": RUN,
     "docs/untrusted_files.md": OF_A_MESH,
+    "docs/zones_shaken.md": [],
 }
 FOLLOWED_ELSEWHERE = {  # more is asserted of them there
     "README.md": "tests/examples/test_readme.py",

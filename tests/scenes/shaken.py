@@ -19,6 +19,17 @@ from bsm_mesh.solve.motion.motion import Start
 from tests.scenes.models import GAMMA, model_of
 from tests.scenes.shapes import rectangle, running_bond
 
+LAWS = {
+    "mohr_coulomb": {"law": bsm.MohrCoulomb(friction=35, cohesion=2e4)},
+    "softening": {"law": bsm.MohrCoulomb(friction=40, residual_friction=25, softening_slip=5e-3)},
+    "patton": {"law": bsm.Patton(friction=30, dilation=10, cohesion=1e5)},
+    "barton_bandis": {"law": bsm.BartonBandis(residual_friction=28, jrc=8, jcs=80e6)},
+    "closure": {"law": bsm.MohrCoulomb(friction=35), "max_closure": 1e-3},
+    "growing": {"law": bsm.MohrCoulomb(friction=35), "shear_stiffness_exponent": 0.5, "reference_stress": 5e4},
+    "dilation": {"law": bsm.MohrCoulomb(friction=30), "dilation_angle": 8.0, "dilation_slip": 5e-3},
+    "tension": {"law": bsm.MohrCoulomb(friction=35, cohesion=1e4), "tensile_strength": 5e3},
+    "ladanyi_archambault": {"law": bsm.LadanyiArchambault(friction=28, dilation=10, jcs=80e6)},
+}
 QUIET = {"waveform": "pulse", "frequency": 1.0, "amplitude": 0.0}
 STAGE = "earthquake"
 

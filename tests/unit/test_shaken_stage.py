@@ -13,24 +13,14 @@ from bsm_mesh.results.spread import spread_text
 from bsm_mesh.solve.stages import as_built
 from bsm_mesh.solve.zones import departures
 from bsm_mesh.text.tables import describe
+from tests.scenes.shaken import LAWS as GIVEN_LAWS
 from tests.scenes.shaken import STAGE, block_on_plane, quake, shaken, wall
 from tests.scenes.shapes import rectangle, running_bond
 from tests.unit.test_own_laws import Power
 
 HARD = bsm.Shaking(record=quake(5.0, 2.5), every=0.05)  # half of g
 BOLT = {"start": (0.3, -0.5), "end": (0.3, 2.4), "diameter": 0.02}
-LAWS = {
-    "mohr_coulomb": {"law": bsm.MohrCoulomb(friction=35, cohesion=2e4)},
-    "softening": {"law": bsm.MohrCoulomb(friction=40, residual_friction=25, softening_slip=5e-3)},
-    "patton": {"law": bsm.Patton(friction=30, dilation=10, cohesion=1e5)},
-    "barton_bandis": {"law": bsm.BartonBandis(residual_friction=28, jrc=8, jcs=80e6)},
-    "closure": {"law": bsm.MohrCoulomb(friction=35), "max_closure": 1e-3},
-    "growing": {"law": bsm.MohrCoulomb(friction=35), "shear_stiffness_exponent": 0.5, "reference_stress": 5e4},
-    "dilation": {"law": bsm.MohrCoulomb(friction=30), "dilation_angle": 8.0, "dilation_slip": 5e-3},
-    "tension": {"law": bsm.MohrCoulomb(friction=35, cohesion=1e4), "tensile_strength": 5e3},
-    "ladanyi_archambault": {"law": bsm.LadanyiArchambault(friction=28, dilation=10, jcs=80e6)},
-    "own": {"law": Power(a=1.2, b=0.95)},
-}
+LAWS = {**GIVEN_LAWS, "own": {"law": Power(a=1.2, b=0.95)}}
 
 
 def wall_of(name, **given):
@@ -207,7 +197,10 @@ def test_masses_are_raised_where_it_is_asked_for_and_told():
         (bsm.factor_of_safety, "a factor of safety is of blocks at rest, and stage 'earthquake' is shaken"),
         (lambda model: bsm.limit_value(lambda _: model, 0.0, 1.0), "the limit of a number is of blocks at rest"),
         (lambda model: as_built.in_stage(model, None), "limit analysis is of blocks at rest"),
-        (lambda model: departures.refuse(model, True), "the continuum is at rest, and stage 'earthquake' is shaken"),
+        (
+            lambda model: departures.refuse(model, True, at_rest=True),
+            "the continuum is at rest, and stage 'earthquake' is shaken",
+        ),
     ],
 )
 def test_what_asks_about_blocks_at_rest_refuses_a_shaken_stage(ask, what):

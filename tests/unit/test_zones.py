@@ -239,7 +239,6 @@ def test_large_movements_are_refused():
     assert "zones know no larger ones" in results.stages[0].reason
 
 
-SHAKEN = bsm.Shaking(waveform="sine", frequency=2.0, cycles=2, amplitude=1.0)
 REFUSED = [
     (lambda: bsm.Rock("r", unit_weight=0, zones=bsm.Zones()), "give young and poisson"),
     (lambda: dataclasses.replace(GNEISS, stiffness="rigid"), "leave stiffness out"),
@@ -257,7 +256,6 @@ REFUSED = [
     (lambda: bsm.run(wall(supports=[])), "free to move"),
     (lambda: bsm.spread(bsm.run(wall())), "spread: zones"),
     (lambda: compare(wall(), bsm.run(wall())), "finite elements already"),
-    (lambda: wall(stages=[bsm.Stage(name="quake", shaking=SHAKEN)]), "zones are at rest only"),
 ]
 
 

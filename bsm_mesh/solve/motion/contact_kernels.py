@@ -67,35 +67,51 @@ def add_contact_forces(
     for k in range(contacts.size):
         chunk, first, count = contacts[k], k * WIDTH, min(WIDTH, block_a.size - k * WIDTH)
         _gather(here, sine, versine, block_a, block_b, first, count, t)
-        if works is not None:
-            begin_work(chunk, works[k])
         _approach(chunk, t)
-        if slips.size:
-            dilate(slips[k], t)
-        _set_trial_pressures(chunk, t)
-        if closures.size:
-            close(chunk, closures[k], t)
-        if growths.size:
-            grow(chunk, growths[k], t)
-        if strengths.size:
-            hold(strengths[k], t)
-        _press(chunk, t)
-        if strengths.size:
-            weaken(strengths[k], t)
-        if works is None:
-            _shear(chunk, t)
-        else:
-            shear_with_dashpots(chunk, works[k], t)
-        if strengths.size:
-            fail(strengths[k], t)
-        if works is not None:
-            if slips.size:
-                add_dilation(slips[k], works[k], t)
-            add_work(chunk, works[k], t)
-        if slips.size:
-            slide(chunk, slips[k], t)
+        respond(k, contacts, strengths, closures, slips, growths, works, t)
         _change_forces(chunk, t)
         _scatter(block_a, block_b, first, count, t, forces)
+
+
+@njit(nogil=True, forceinline=True)
+def respond(
+    k: int,
+    contacts: ChunkArray,
+    strengths: ChunkArray,
+    closures: ChunkArray,
+    slips: ChunkArray,
+    growths: ChunkArray,
+    works: ChunkArray | None,
+    t: Any,
+) -> None:  # pragma: no cover - compiled
+    """Set pressures and shear forces of a chunk of contacts at its gaps and movements along edges, and carry on."""
+    chunk = contacts[k]
+    if works is not None:
+        begin_work(chunk, works[k])
+    if slips.size:
+        dilate(slips[k], t)
+    _set_trial_pressures(chunk, t)
+    if closures.size:
+        close(chunk, closures[k], t)
+    if growths.size:
+        grow(chunk, growths[k], t)
+    if strengths.size:
+        hold(strengths[k], t)
+    _press(chunk, t)
+    if strengths.size:
+        weaken(strengths[k], t)
+    if works is None:
+        _shear(chunk, t)
+    else:
+        shear_with_dashpots(chunk, works[k], t)
+    if strengths.size:
+        fail(strengths[k], t)
+    if works is not None:
+        if slips.size:
+            add_dilation(slips[k], works[k], t)
+        add_work(chunk, works[k], t)
+    if slips.size:
+        slide(chunk, slips[k], t)
 
 
 @njit(nogil=True, forceinline=True)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.feature import Springs
 from bsm_mesh.contact.forces import ContactSet, Evaluation, resolve_corner_corner, slipping
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse, remembered_by
@@ -88,17 +89,41 @@ def share_of(
     works: bool = False,
 ) -> Share:
     """Return some of the contacts, `rows` (k,) with their columns, as kernels take them; `works`: with their work."""
-    candidates, count = contacts.candidates, len(rows)
+    candidates, slips = contacts.candidates, works or catalogue.wears or catalogue.dilates or catalogue.stiffens
     return Share(
         block_a=candidates.block_a[rows].astype(np.uint32),  # unsigned: none counts from the end
         block_b=candidates.block_b[rows].astype(np.uint32),
-        contacts=_chunks(CONTACT, columns, count),
-        strengths=_chunks(STRENGTH, columns, count if _is_more_than_a_line(columns) else 0),
-        closures=_chunks(CLOSURE, columns, count if columns["stiffening"].any() else 0),
-        slips=_slips(contacts, catalogue, rows, always=works),
-        growths=_growths(contacts, at, rows, columns),
-        works=_chunks(WORK, _of_work(columns), count) if works else None,
+        **chunks_of(contacts, at.springs, rows, columns, slips=slips, works=works),
     )
+
+
+def chunks_of(
+    contacts: Any, springs: Springs, rows: IntArray, columns: Columns, *, slips: bool, works: bool
+) -> dict[str, Any]:
+    """Return the chunks of some contacts, by the names of `Share`.
+
+    Parameters
+    ----------
+    contacts : object
+        With `count`, `features` and `slip_path`.
+    springs : Springs
+        Their shear springs.
+    rows : (k,) int
+        The contacts.
+    columns : dict
+        Theirs, by name.
+    slips, works : bool
+        Whether to count slip, and work.
+    """
+    count = len(rows)
+    return {
+        "contacts": _chunks(CONTACT, columns, count),
+        "strengths": _chunks(STRENGTH, columns, count if _is_more_than_a_line(columns) else 0),
+        "closures": _chunks(CLOSURE, columns, count if columns["stiffening"].any() else 0),
+        "slips": _slips(contacts, rows) if slips else np.zeros(0, SLIP),
+        "growths": _growths(contacts, springs, rows, columns),
+        "works": _chunks(WORK, _of_work(columns), count) if works else None,
+    }
 
 
 def _chunks(kind: np.dtype[np.void], columns: Mapping[str, FloatArray | SingleArray], count: int) -> ChunkArray:
@@ -112,16 +137,14 @@ def _is_more_than_a_line(columns: Columns) -> bool:
     return bool((two | (columns["first_lasts"] > 0) | (columns["second_lasts"] > 0) | (columns["tension"] > 0)).any())
 
 
-def _slips(contacts: ContactSet, catalogue: JointCatalogue, rows: IntArray, *, always: bool) -> ChunkArray:
-    """Return what slip does to some of the contacts; none where it does nothing, unless it is `always` asked for."""
-    if not (always or catalogue.wears or catalogue.dilates or catalogue.stiffens):
-        return np.zeros(0, SLIP)
+def _slips(contacts: Any, rows: IntArray) -> ChunkArray:
+    """Return what slip does to some of the contacts."""
     dilating = contacts.features.dilating
     opening = dilating.spread(contacts.count, dilating.slope, dilating.room(contacts.slip_path))
     return _chunks(SLIP, dict(zip(("dilation", "room"), opening[:, rows], strict=True)), len(rows))
 
 
-def _growths(contacts: ContactSet, at: Evaluation, rows: IntArray, columns: Columns) -> ChunkArray:
+def _growths(contacts: Any, springs: Springs, rows: IntArray, columns: Columns) -> ChunkArray:
     """Return the shear stiffness that grows of some of the contacts; none where none does."""
     growing, count = contacts.features.growing, len(rows)
     if not len(growing.rows):
@@ -131,31 +154,32 @@ def _growths(contacts: ContactSet, at: Evaluation, rows: IntArray, columns: Colu
     mine = growing.of(number)
     names = *ShearCurve._fields, "length", "compliance"
     grown = dict(zip(names, mine.spread(count, *mine.curve.T, mine.length, mine.compliance), strict=True))
-    stiffness = at.springs.stiffness[rows]
+    stiffness = springs.stiffness[rows]
     last = {"stiffness": stiffness, "stiffest": np.maximum(columns["normal_stiffness"], stiffness)}
     return _chunks(GROWTH, grown | last | {"last_pressure": columns["pressure"]}, count)
 
 
 class ExtremeLines:
-    """Tangents of the shear strength of contacts without pressure and at the highest, as `_tangent` returns them."""
+    """Tangents of the shear strength of contacts without pressure and at the highest, as `_tangent` returns them.
 
-    def __init__(self, contacts: ContactSet, laws: tuple[JointLaw, ...]) -> None:
+    Contacts are a `ByLaw`, a dataclass with `failed`.
+    """
+
+    def __init__(self, contacts: Any, laws: tuple[JointLaw, ...]) -> None:
         self._contacts, self._laws = contacts, laws
         none, most = np.full((2, contacts.count), [[FLOOR], [HIGH]])
         self.low = _tangent(slipping(contacts, laws, none), none)
         self.high = _tangent(slipping(contacts, laws, most), most)
 
-    def hold_for(self, contacts: ContactSet) -> bool:
+    def hold_for(self, contacts: Any) -> bool:
         """Return whether they are those of contacts: neither these nor the state that laws ask for has changed."""
         before, names = self._contacts, {"failed"}.union(*map(remembered_by, self._laws))
         pairs = [(getattr(before, name), getattr(contacts, name)) for name in names]
         return before.candidates is contacts.candidates and all(a is b or np.array_equal(a, b) for a, b in pairs)
 
 
-def strength_lines(
-    contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...], extreme: ExtremeLines
-) -> dict[str, FloatArray]:
-    """Return the shear strength of contacts by the names of their columns, (m,) each.
+def strength_lines(contacts: Any, at: Any, laws: tuple[JointLaw, ...], extreme: ExtremeLines) -> dict[str, FloatArray]:
+    """Return the shear strength of contacts by the names of their columns, (m,) each; `at` says `closed`, `pressure`.
 
     The tangent at the pressures there are, and the one without pressure, or at the highest where that is the same: of a
     bilinear law they are its two lines. Then the residual line, and where slip is for good that has not been.

@@ -19,7 +19,7 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.movements import distances
-from bsm_mesh.results.evidence import LATER_BOLTS, Proof
+from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN, Proof
 from bsm_mesh.results.movement import displacement_of, moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
@@ -270,7 +270,7 @@ class StageSolution:
         run, state = self._run, self._state
         bolts = run.model.bolts
         if self._number and run.model.stages[self._number - 1].shaking is not None:
-            return Proof(text="no proof was sought: limit analysis is of blocks at rest, and these were shaken")
+            return OF_SHAKEN
         if bolts and self._number:
             return LATER_BOLTS
         moved = float(distances(self._began_at[state.present]).max(initial=0.0))

@@ -237,7 +237,8 @@ class Apart:
 
         Blocks that share a held node share its reaction, as far as a support holds them there.
         """
-        given = support_rows(end.model, self.mesh, self.basis, self.averages, end.present)
+        model = end.model
+        given = support_rows(model.supports, model.blocks, self.mesh, self.basis, self.averages, end.present)
         of_rows = -(given.rows.T @ end.at.multipliers)
         total = -end.at.residual - self.merged(of_rows)
         node, direction, _ = given.nodal

@@ -15,7 +15,7 @@ from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.movements import angles, distances
-from bsm_mesh.results.evidence import LATER_BOLTS
+from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN
 from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.solve.stages.scheme import Prover
 from bsm_mesh.solve.zones.stage_solution import StageEnd, movement
@@ -34,6 +34,8 @@ def falling_blocks(of: Continuum, end: StageEnd) -> IntArray:
     ModelError
         If the model has no support, or loads move none of those parts: any place of them is as good as another.
     """
+    if end.moving is not None:
+        return end.moving
     if end.collapse is not None:
         moved = distances(movement(of, end.u - end.origin)) * end.present
         moving: IntArray = np.flatnonzero(moved > MOVING * moved.max()).astype(np.int32)
@@ -63,6 +65,8 @@ def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, pr
     """
     if stage.status is Status.STABLE:
         return stage
+    if stage.shaking is not None:
+        return replace(stage, proof=OF_SHAKEN) if stage.status is Status.UNSTABLE else stage
     if end.model.bolts and number:
         return replace(stage, proof=LATER_BOLTS)
     part, down = _submodel(of, end, stage), stage.unstable_blocks

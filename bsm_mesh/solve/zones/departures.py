@@ -18,14 +18,14 @@ def is_all_rigid(model: Model) -> bool:
     return all(rock.is_rigid for rock in model.rocks if rock.name in used)
 
 
-def refuse(model: Model, joints: bool) -> None:
-    """Raise for models that the continuum cannot solve, with interfaces at joints or without."""
+def refuse(model: Model, joints: bool, at_rest: bool) -> None:
+    """Raise for models that the continuum cannot solve, with interfaces at joints or without, or at rest only."""
     if model.flow is not None:
         raise ModelError(
             "the continuum knows no flow in joints; compare it with a model with [water] instead of [flow]"
         )
     for stage in model.stages:
-        if stage.shaking is not None:
+        if at_rest and stage.shaking is not None:
             raise ModelError(f"the continuum is at rest, and stage '{stage.name}' is shaken; remove this stage")
     if not joints:
         raise_faults(rigid_rock_faults(model.rocks, rocks_in_use(model)))

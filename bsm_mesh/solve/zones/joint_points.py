@@ -209,12 +209,7 @@ class JointPoints:
         given, rows = (self.shear_stiffness, history.shear), self.growing.rows
         if not len(rows):
             return Springs(*given, moved[:0], moved[:0])
-        if friction_at is not None:
-            pressed = friction_at, np.zeros_like(moved)
-        else:
-            lift = np.zeros_like(moved)
-            lift[self.dilating.rows] = ~history.parted[self.dilating.rows] * self.dilating.opening(history.opened_by)
-            pressed = self._pressures(opening - lift, history)
+        pressed = self.pressures(opening, history) if friction_at is None else (friction_at, np.zeros_like(moved))
         return self.growing.springs_at(given, moved, history.pressure, pressed[0][rows], pressed[1][rows])
 
     def _lift(
@@ -260,6 +255,15 @@ class JointPoints:
             by_trial = np.sign(trial[rows]) * springs.trial_by_closure[rows] - slip * springs.by_closure[rows]
             more[rows] += slope[rows] / stiffness * by_trial
         return lift, slope, more
+
+    def pressures(self, opening: FloatArray, history: JointHistory) -> tuple[FloatArray, FloatArray]:
+        """Return pressures and their derivatives (q,) at openings, as far as slip so far has opened the points.
+
+        Negative ones too: points of such pressures are open, or in tension.
+        """
+        lift, rows = np.zeros(len(opening)), self.dilating.rows
+        lift[rows] = ~history.parted[rows] * self.dilating.opening(history.opened_by)
+        return self._pressures(opening - lift, history)
 
     def _pressures(self, opening: FloatArray, history: JointHistory) -> tuple[FloatArray, FloatArray]:
         """Return pressures and their derivatives by the closure (q,), negative ones too.

@@ -85,6 +85,16 @@ class LargeRock:
         nodal = np.matmul(self.gradient, first.swapaxes(-1, -2)).sum(axis=1)  # (t, nodes, 2)
         return np.bincount(dofs.T.ravel(), nodal.ravel(), minlength=size).astype(np.float64)
 
+    def energy(self, u: FloatArray, dofs: IntArray) -> float:
+        """Return the strain energy at displacements u (N,), with that of the stress without strain, [N]."""
+        at = self.at(u, dofs)
+        twice = at.F.swapaxes(-1, -2) @ at.F - np.eye(2)
+        stress = at.S.copy()
+        if self.initial is not None:  # S0 does its whole work, the rest half of it
+            xx, yy, xy = np.moveaxis(self.initial, -1, 0)
+            stress += np.stack([xx, xy, xy, yy], axis=-1).reshape(stress.shape)
+        return float((np.einsum("tiab,tiab->ti", stress, twice) * self.weight).sum() / 4)
+
     def entries(self, at: DeformedCells) -> FloatArray:
         """Return the derivatives (t, 2 nodes, 2 nodes) of the forces of every cell by its unknowns."""
         cells, points, nodes, _ = self.gradient.shape

@@ -44,8 +44,8 @@ def load_vector(
 
 
 def weightless(model: Model) -> Model:
-    """Return a model whose rocks weigh nothing."""
-    return model.replace(rocks=[replace(rock, unit_weight=0.0) for rock in model.rocks])
+    """Return a model whose rocks weigh nothing, without its stages and bolts."""
+    return model.replace(rocks=[replace(rock, unit_weight=0.0) for rock in model.rocks], stages=(), bolts=())
 
 
 def pressure_on_new_faces(

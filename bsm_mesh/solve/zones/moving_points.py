@@ -162,6 +162,12 @@ class MovingPoints(JointPoints):
         nodal = self.parts.swapaxes(1, 2) @ of_r_and_e
         return np.bincount(self.unknown.ravel(), nodal.ravel(), minlength=len(u)).astype(np.float64)
 
+    def gradients(self, u: FloatArray) -> FloatArray:
+        """Return the derivatives of opening and slip by the unknowns of every point, (q, 2, 2 m)."""
+        by = np.stack(self._gradients(u), axis=1).reshape(len(self.parts), 2, 2, 2)
+        found: FloatArray = np.einsum("qri,qdrj->qdij", self.parts, by)
+        return found.reshape(len(self.parts), 2, -1)
+
     def entries(self, u: FloatArray, state: JointState, of: PointStiffness) -> FloatArray:
         """Return the derivatives (q, 2 m, 2 m) of every point's forces by its unknowns, with the turning of frames."""
         opens, slips = self._gradients(u)

@@ -13,15 +13,19 @@ from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.model.zones import large_zones, zone_order
-from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.records import StageResult, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 from bsm_mesh.solve.stages.scheme import Watchers
+from bsm_mesh.solve.stages.shaken import notes_on_shaking
 from bsm_mesh.solve.stages.solution import confirmed
 from bsm_mesh.solve.zones.collapse import with_proof
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.mesh import Discretization
+from bsm_mesh.solve.zones.shaken_zones import ShakenZones
+from bsm_mesh.solve.zones.shaking_run import shaken_step
 from bsm_mesh.solve.zones.stage_result import Before, stage_result
 from bsm_mesh.solve.zones.stage_run import StageRun
+from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.stages import Continuum
 from bsm_mesh.solve.zones.zone_mesh import zone_mesh
 from bsm_mesh.solve.zones.zones_state import ZonesMemory
@@ -101,22 +105,34 @@ class ZoneStages:
 
     def _solved(self, number: int, before: StageResult | None) -> StageResult:
         of, model, watchers = self._continuum, self._model, self._watchers
+        start = Before.of(before, of.presence[0], time.perf_counter() - self._began)
+        steps: list[StepRecord] = []
+
+        def watch(motion: ShakenZones, *, now: Callable[[], StageEnd]) -> None:
+            def as_it_stands() -> StageResult:
+                return stage_result(of, now(), start, number, self._tolerance)
+
+            step = shaken_step(of, motion, number, len(steps), time.perf_counter() - self._began)
+            steps.append(replace(step, recorded=watchers.record(as_it_stands)))
+            watchers.observer(steps[-1], as_it_stands)
+            self._began = time.perf_counter()
+
         try:
-            end = self._run.end_of(number)
+            end = self._run.end_of(number, watch=watch)
         except ModelError as error:
             if number == 0:
                 raise
             name = named_stage(model.stages[number - 1].name)
             raise ModelError([f"{name}: {text}" for text in error.faults]) from error
-        start = Before.of(before, of.presence[0], time.perf_counter() - self._began)
+        start = replace(start, seconds=time.perf_counter() - self._began)
         stage = stage_result(of, end, start, number, self._tolerance)
         stage = confirmed(with_proof(of, end, stage, number, watchers.prove), watchers.check)
         if number == 0:
             stage = replace(stage, notes=tuple(notes_of(model)))
-        recorded = watchers.record(lambda: stage)
-        stage = replace(stage, steps=tuple(replace(step, recorded=recorded) for step in stage.steps))
-        for step in stage.steps:
-            watchers.observer(step, lambda: stage)
+        stage = replace(stage, notes=(*stage.notes, *notes_on_shaking(model, stage)))
+        last = replace(stage.steps[0], step=len(steps), recorded=watchers.record(lambda: stage))
+        stage = replace(stage, steps=(*steps, last))
+        watchers.observer(last, lambda: stage)
         return stage
 
     def end(self, number: int) -> None:

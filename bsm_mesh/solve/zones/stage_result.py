@@ -113,6 +113,7 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         steps=(_step_record(end, found, relative, before.seconds, number),),
         evidence=evidence_of(of, end, contacts, forces, water, bars, weight, place),
         zones=_zones(of, found, end),
+        shaking=end.shaking,
     )
 
 
@@ -230,6 +231,10 @@ def _pore_pressure(of: Continuum, end: StageEnd) -> FloatArray:
 def _verdict(
     of: Continuum, end: StageEnd, found: ContinuumSolution, position: FloatArray, residual: float, tolerance: float
 ) -> tuple[Status, str]:
+    if end.fault:
+        return Status.NOT_CONVERGED, end.fault
+    if end.moving is not None:
+        return Status.UNSTABLE, "after the shaking blocks moved on by more than their size"
     if end.loose:
         return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
     if end.collapse is not None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
+from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import INITIAL, Stage
 from bsm_mesh.model.water import Water
+from bsm_mesh.solve.motion.shaking_memory import result_of
 from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
 from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
 from bsm_mesh.solve.zones.fills import Fill
@@ -24,6 +28,10 @@ from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
 from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
+from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
+from bsm_mesh.solve.zones.rock_in_motion import MovingRock
+from bsm_mesh.solve.zones.shaken_zones import ShakenZones
+from bsm_mesh.solve.zones.shaking_run import Watch, come_to_rest, shaken_through, unwatched
 from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.supports import held_displacements
 from bsm_mesh.solve.zones.system import FreeUnknowns, LoosePart, loose_parts
@@ -73,12 +81,15 @@ class StageRun:
         state.loads = (*state.loads, *(load for stage in stages for load in of.model.worked_out(stage.loads)))
         state.water = self._water(water_in_stage(of.model, number))
 
-    def end_of(self, number: int, near: FloatArray | None = None) -> StageEnd:
-        """Return the end of a stage; its last part begins near positions (n, 3) [m, m, rad], if any are given."""
+    def end_of(self, number: int, near: FloatArray | None = None, watch: Watch = unwatched) -> StageEnd:
+        """Return the end of a stage; its last part begins near positions (n, 3) [m, m, rad], if any are given.
+
+        `watch` is called at the times of a stage that is shaken.
+        """
         of, self.near = self.of, near
         if number == 0:
             return self._first(of.presence[0])
-        return self._next(of.model.stages[number - 1], number, of.presence[number - 1], of.presence[number])
+        return self._next(of.model.stages[number - 1], number, of.presence[number - 1], of.presence[number], watch)
 
     def _first(self, present: BoolArray) -> StageEnd:
         """Return the state before the first stage."""
@@ -90,7 +101,7 @@ class StageRun:
             self.state.origin = self.state.u
         return end
 
-    def _next(self, stage: Stage, number: int, before: BoolArray, present: BoolArray) -> StageEnd:
+    def _next(self, stage: Stage, number: int, before: BoolArray, present: BoolArray, watch: Watch) -> StageEnd:
         """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
         state, of = self.state, self.of
         stays = before & present
@@ -112,6 +123,8 @@ class StageRun:
         if stage.water is not None:
             state.water = self._water(stage.water)
             self._wet()
+        if stage.shaking is not None:
+            return self._shaken(stage, stage.shaking, present, watch)
         return self._solved(stage.name, present, stage.relaxation)
 
     def _fill(self, stays: BoolArray, comes: BoolArray) -> None:
@@ -166,6 +179,15 @@ class StageRun:
         plastic = equations.plastic
         if plastic is not None and at.plastic is not None and not converged:
             plastic = plastic.after(at.plastic)  # stresses of the last state, not those of elastic rock there
+        end = self._end(name, present, replace(equations, plastic=plastic), at, loads, converged)
+        leaves = converged and equations.leaves(at)
+        return replace(end, loose=loose, collapse=collapse, held_back=held_back, leaves=leaves)
+
+    def _end(
+        self, name: str, present: BoolArray, equations: Equations, at: Iterate, loads: FloatArray, converged: bool
+    ) -> StageEnd:
+        """Return the state at displacements and forces `at`, with nothing held back."""
+        state = self.state
         return StageEnd(
             name=name,
             converged=converged,
@@ -175,25 +197,51 @@ class StageRun:
             fills=state.fills,
             at=at,
             bolts=equations.bolts,
-            loose=loose,
-            collapse=collapse,
+            loose=[],
+            collapse=None,
             stiffness=self.stiffness,
             initial_stress=self.initial_stress,
             water=state.water,
             load=loads,
-            held_back=held_back,
+            held_back=np.zeros_like(at.u),
             acting=state.loads,
             pressures=state.pressures,
             history=equations.history,
             model=state.model,
             rock=self.rock,
-            plastic=plastic,
+            plastic=equations.plastic,
             large=equations.large,
             joints=equations.joints,
-            leaves=converged and equations.leaves(at),
+            leaves=False,
             unknowns=equations.free.free.size,
             solutions=equations.free.solutions,
         )
+
+    def _shaken(self, stage: Stage, shaking: Shaking, present: BoolArray, watch: Watch) -> StageEnd:
+        """Return the end of a stage that is shaken: the motion, and the rest to which it leads."""
+        state, loads = self.state, self._loads(present)
+        state.held_back(1.0)
+        equations, outer = self.equations(present, loads, shaking.quiet), self.of.merged(loads)
+        quiet = quiet_nodes(self.of, self.stiffness, shaking, BaseMotion(shaking).axis, present)
+        if shaking.quiet:  # forces of the supports that dashpots replace stay
+            held = equations.at(state.u, equations.free.none).residual * quiet.on_unknowns(self.of.basis)
+            equations, outer = replace(equations, load=equations.load - held), outer - held
+        rock = MovingRock(self.of, self.stiffness, present, equations, outer)
+        motion = ShakenZones(rock, equations, state.u, shaking, present, quiet)
+
+        def now() -> StageEnd:
+            return self._end(stage.name, present, motion.equations, motion.at, loads, converged=False)
+
+        fault = shaken_through(motion, shaking, partial(watch, now=now))
+        moving = None
+        if not fault:
+            fault, moving = come_to_rest(self.of, motion, present)
+        result = result_of(motion.memory)
+        if fault or moving is not None:
+            return replace(now(), shaking=result, fault=fault, moving=moving)
+        state.u, state.joints = motion.at.u, motion.equations.joints
+        state.history, state.bolts = motion.equations.history, motion.equations.bolts
+        return replace(self._solved(stage.name, present, (1.0,)), shaking=result)
 
     def _loose(self, equations: Equations, at: Iterate, present: BoolArray) -> list[LoosePart]:
         """Return the parts of blocks that are there (n,) that neither supports nor joints hold."""
@@ -284,8 +332,11 @@ class StageRun:
             water = water + self.of.apart.left_of_water(state.water, water, state.history, present)
         return loads + water
 
-    def equations(self, present: BoolArray, loads: FloatArray) -> Equations:
-        """Return the equations of the rock that is there under loads, as `_loads` returns them."""
+    def equations(self, present: BoolArray, loads: FloatArray, quiet: tuple[str, ...] = ()) -> Equations:
+        """Return the equations of the rock that is there under loads, as `_loads` returns them.
+
+        Supports of `quiet` boundaries are left out.
+        """
         of, state = self.of, self.state
         history, on = state.history, present[of.mesh.block]
         load = of.merged(loads)
@@ -297,7 +348,8 @@ class StageRun:
         large = of.discretization.large
         if self.initial_stress is not None and not large:
             load = load - forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
-        held = held_displacements(of.model, of.mesh, of.basis, of.averages, present)
+        supports = [support for support in of.model.supports if getattr(support, "boundary", None) not in quiet]
+        held = held_displacements(supports, of.model.blocks, of.mesh, of.basis, of.averages, present)
         idle = np.ones(of.basis.N, dtype=bool)
         idle[of.basis.element_dofs[:, on]] = False
         if state.joints is not None and history is not None:

@@ -12,6 +12,7 @@ from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, ContactStatus
+from bsm_mesh.results.shaking import ShakingResult
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.equilibrium import Iterate
 from bsm_mesh.solve.zones.fields import RockStiffness, mean_gradient, over_blocks, stress_of, vtk_cells
@@ -90,6 +91,12 @@ class StageEnd:
         Number of displacement components that were solved for.
     solutions : int
         Of linear systems, on the way.
+    shaking : ShakingResult or None
+        Of a stage that was shaken.
+    fault : str
+        Why it is no answer, if it is none.
+    moving : (k,) int32 or None
+        Blocks that slide on after they were shaken.
     """
 
     name: str
@@ -118,6 +125,9 @@ class StageEnd:
     leaves: bool
     unknowns: int
     solutions: int
+    shaking: ShakingResult | None = None
+    fault: str = ""
+    moving: IntArray | None = None
 
     def without_strain(self, block: IntArray) -> FloatArray | None:
         """Return the effective stress (3, t, i) [Pa] of rock without strain: in situ, less what yielding took."""

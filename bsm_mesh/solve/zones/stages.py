@@ -58,7 +58,7 @@ class Continuum:
     ) -> None:
         import skfem
 
-        departures.refuse(model, discretization.joints)
+        departures.refuse(model, discretization.joints, at_rest=mesh is None)
         began = time.perf_counter()
         self.model, self.discretization = model, discretization
         self.as_planned = presence(model.stages, model.blocks)

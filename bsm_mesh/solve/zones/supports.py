@@ -1,13 +1,14 @@
 """Supports of the model as exact constraints on the finite-element displacements.
 
-A support of a boundary holds every node of its edges, mid-side nodes too. At each node the held directions give
-axes in which the displacement is given and axes in which it is free; the node's unknowns are turned into these
-axes and the given ones struck out, so that no penalty enters. (scikit-fem's own `mpc` does not serve here: it drops the
-equations of the eliminated unknowns, where an inclined roller needs their component along the free direction.)
+A support of a boundary holds every node of its edges, mid-side nodes too. At each node the displacement is given along
+some axes, and free along the others. The node's unknowns are turned into these axes and the given ones are left out, so
+that no penalty enters. (scikit-fem's own `mpc` does not serve here. It drops the equations of the eliminated unknowns,
+where an inclined roller needs their component along the free direction.)
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -17,7 +18,6 @@ import scipy.sparse as sp
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, Fixed, GivenSupport, NormalRoller, held_directions
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
@@ -74,9 +74,14 @@ class SupportRows(NamedTuple):
 
 
 def held_displacements(
-    model: Model, mesh: ContinuumMesh, basis: Any, averages: tuple[Any, Any], present: BoolArray
+    supports: Sequence[GivenSupport | Bars],
+    blocks: Blocks,
+    mesh: ContinuumMesh,
+    basis: Any,
+    averages: tuple[Any, Any],
+    present: BoolArray,
 ) -> HeldDisplacements:
-    """Return the model's supports as constraints on the unknowns of `basis`.
+    """Return supports as constraints on the unknowns of `basis`.
 
     * On a boundary: every node of its edges. Where neighbouring edges of a `NormalRoller` turn by less than 30
       degrees (a curve) their common node takes the mean normal; at a sharper corner it is held across both.
@@ -86,8 +91,10 @@ def held_displacements(
 
     Parameters
     ----------
-    model : Model
-        Its supports, checked when it was made.
+    supports : sequence of supports
+        Of a model, checked when it was made.
+    blocks : Blocks
+        Its blocks.
     mesh : ContinuumMesh
         The cells.
     basis : skfem.CellBasis
@@ -102,15 +109,20 @@ def held_displacements(
     ModelError
         If supports prescribe different displacements of one node.
     """
-    given = support_rows(model, mesh, basis, averages, present)
+    given = support_rows(supports, blocks, mesh, basis, averages, present)
     turn, held, values = _node_axes(*given.nodal, nodal_unknowns(basis), basis.N)
     return HeldDisplacements(turn=turn, held=held, given=values, rows=given.rows, values=given.values)
 
 
 def support_rows(
-    model: Model, mesh: ContinuumMesh, basis: Any, averages: tuple[Any, Any], present: BoolArray
+    supports: Sequence[GivenSupport | Bars],
+    blocks: Blocks,
+    mesh: ContinuumMesh,
+    basis: Any,
+    averages: tuple[Any, Any],
+    present: BoolArray,
 ) -> SupportRows:
-    """Return the displacements that the model's supports prescribe; parameters as for `held_displacements`.
+    """Return the displacements that supports prescribe; parameters as for `held_displacements`.
 
     Raises
     ------
@@ -120,11 +132,11 @@ def support_rows(
     node_dofs = nodal_unknowns(basis)
     nodal: list[Rows] = [(np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros(0))]
     rows, values = [sp.csr_matrix((0, basis.N))], [np.zeros(0)]
-    for support in model.supports:
+    for support in supports:
         if isinstance(support, Bars):
             raise ModelError("supports given as bars have no boundary or block that the continuum could hold")
         if support.boundary is not None:
-            nodal.extend(_boundary_rows(support, model.blocks, mesh, present))
+            nodal.extend(_boundary_rows(support, blocks, mesh, present))
         elif isinstance(support, Fixed) and support.blocks is not None:
             nodal.extend(_rows_at(support, _nodes_of_blocks(mesh, _here(support.blocks, present), len(node_dofs))))
         elif support.blocks is not None:

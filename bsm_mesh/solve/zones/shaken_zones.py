@@ -1,0 +1,311 @@
+"""Zones in motion: central differences with the real masses of nodes, and the energies of a shaken stage.
+
+Displacements are relative to the base. Velocities are those of half a time step before, as central differences have
+them. A window of cycles begins with forces and laws of joints worked out exactly; within it joints follow their
+compiled laws, and bolts are as stiff as at its begin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray
+from bsm_mesh.model.base_motion import BaseMotion
+from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.solve.motion.following import FREE
+from bsm_mesh.solve.motion.shaken_kernels import ACCELERATION, BASE, BOLTS, DRAG, SPEED
+from bsm_mesh.solve.motion.shaking_memory import SUMS, ShakingMemory
+from bsm_mesh.solve.zones.equilibrium import Equations
+from bsm_mesh.solve.zones.joint_columns import JointWindow, joint_energy
+from bsm_mesh.solve.zones.moved_supports import slid_on
+from bsm_mesh.solve.zones.quiet_nodes import QuietNodes
+from bsm_mesh.solve.zones.rock_in_motion import MovingRock
+from bsm_mesh.solve.zones.zone_kernels import advance_zones
+from bsm_mesh.solve.zones.zone_masses import greatest_frequency, stable_time_step
+
+SINGLE = 1e-6  # of the energy in rock and joints at the start: what single precision leaves of the balance
+
+
+class _Cycles(NamedTuple):
+    """Cycles of a window.
+
+    Attributes
+    ----------
+    most : int
+        How many at most.
+    step : float [s]
+        Their time step.
+    base, wave : (most,) float64
+        Acceleration of the base over the square of a cycle [m]; velocity [m/s] or stress [Pa] of a wave.
+    velocity : (k, 3) float64 [m]
+        Movement of nodes in the cycle before.
+    """
+
+    most: int
+    step: float
+    base: FloatArray
+    wave: FloatArray
+    velocity: FloatArray
+
+
+class ShakenZones:
+    """Blocks with zones that are shaken.
+
+    Parameters
+    ----------
+    rock : MovingRock
+        The rock at its nodes.
+    equations : Equations
+        Rock, joints and bolts, with all that acts on them.
+    u : (N,) float64 [m]
+        Displacements at the start.
+    shaking : Shaking
+        The shaking as given.
+    present : (n,) bool
+        Which blocks are there.
+    quiet : QuietNodes
+        Dashpots of quiet boundaries.
+
+    Attributes
+    ----------
+    memory : ShakingMemory
+        State of the stage; velocities are those of nodes, (k, 3).
+    equations : Equations
+        With the joints and bolts as they are.
+    at : Iterate
+        Displacements and forces there.
+    diverged : bool
+        Whether nodes are nowhere any more.
+    damping : float
+        Part of each force that acts against the velocity.
+    is_over : bool
+        Whether the base is at rest, or moves on as it does, and no wave enters.
+    """
+
+    def __init__(
+        self,
+        rock: MovingRock,
+        equations: Equations,
+        u: FloatArray,
+        shaking: Shaking,
+        present: BoolArray,
+        quiet: QuietNodes,
+    ) -> None:
+        self.equations, self.at, self._present = equations, equations.at(u, equations.free.none), present
+        self._rock, self._shaking, self._base, self._quiet = rock, shaking, BaseMotion(shaking), quiet
+        self.diverged, self.is_over, self.damping = False, False, 0.0
+        self._start = u
+        self._axis = np.append(self._base.axis, 0.0) * (rock.mass > 0)[:, None] * (shaking.boundary is None)
+        mass = np.where(rock.mass > 0, rock.mass, 1.0)[:, None]
+        self._drag = shaking.drag + quiet.dashpots / mass  # 1/s
+        self._window: JointWindow | None = None
+        self._counted: FloatArray | None = None
+        self._begin()
+        joints = 0 if equations.joints is None else equations.joints.joints
+        begun = ShakingMemory.begin(len(present), joints, self._stored())
+        self.memory = replace(begun, velocity=np.zeros((len(rock.mass), 3)))
+        self._limit_time_step()
+
+    def go_on(self, until: float) -> None:
+        """Move nodes until a time [s], or until they are nowhere any more."""
+        while self.memory.time < until and not self.diverged:
+            self._advance(until)
+
+    @property
+    def kinetic(self) -> float:
+        """Kinetic energy now [N]: of the velocities half a time step before and after."""
+        before = self.memory.velocity
+        after = before + self._rock.projected(self._accelerations()) * self.memory.time_step
+        return float((self._rock.mass[:, None] * before * after).sum() / 2)
+
+    def keep_record(self) -> None:
+        """Add a row to the records: the present time, acceleration of the base and energies."""
+        base = self._of_base(1, self.memory.time_step)[0] * (self._shaking.boundary is None)
+        memory = self.memory.with_record(float(base), self.kinetic, self._stored())
+        error = memory.records[-1, -1:]  # the last of `ENERGIES`
+        error[np.abs(error) <= SINGLE * abs(memory.springs)] = 0.0
+        self.memory = memory
+
+    def _begin(self) -> None:
+        """Begin a window: the columns of joints."""
+        equations, state = self.equations, self.at.state
+        if equations.joints is not None and equations.history is not None and state is not None:
+            self._window = JointWindow(equations.joints, equations.history, state, self._window)
+
+    def _limit_time_step(self) -> None:
+        """Set the longest stable time step, where joints are stiffer than they were when it was set."""
+        stiffness = np.zeros(0) if self._window is None else self._window.stiffness
+        if self._counted is not None and (stiffness <= self._counted).all():
+            return
+        self._counted = stiffness if self._counted is None else np.maximum(stiffness, self._counted)
+        mass = self._rock.of_unknowns[self.equations.free.free]
+        frequency = greatest_frequency(self._rock.stiffness(self.equations, self.at, self._counted), mass)
+        stable = stable_time_step(frequency, self._shaking.drag + 2 * self._shaking.dashpots * frequency)
+        self.memory = replace(self.memory, stable=min(self.memory.stable, self._shaking.time_step * stable))
+
+    def _advance(self, until: float) -> None:
+        """Go through a window, and keep the energies of its parts."""
+        cycles, rock = self._cycles(until), self._rock
+        begun = self._halves(cycles.velocity)
+        velocity, step = cycles.velocity.copy(), cycles.step
+        mass = rock.mass[:, None] / step**2
+        inverse = np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
+        moved, room = np.zeros((2, *velocity.shape)), np.zeros((2, *velocity.shape))
+        moved[0, :, :2] = self.at.u[rock.nodes]
+        work, pushed = np.zeros((len(mass), 5)), np.zeros(1)
+        points, laws, farthest = self._points(velocity, step)
+        went = advance_zones(
+            cycles.most,
+            farthest,
+            rock.own,
+            rock.supports,
+            rock.cells,
+            points,
+            tuple(laws.values()),
+            rock.bolts(self.equations, self.at),
+            (rock.on_nodes(self.equations.load), self._axis * mass, cycles.base),
+            np.repeat(inverse, 3, axis=1),
+            self.damping,
+            velocity,
+            moved,
+            room,
+            (self._drag * step, work),
+            (self._quiet.push, cycles.wave, pushed),
+        )
+        self.diverged = not np.isfinite(moved[went % 2]).all()
+        if self.diverged:
+            return
+        u = self.at.u.copy()
+        u[rock.nodes] = moved[went % 2, :, :2]
+        loads = float(rock.outer @ (u - self.at.u))
+        self._keep_time(until, went, velocity, work, step)
+        slip, damped = self._keep(u, laws)
+        halves = begun - self._halves(velocity)
+        drag = self._drag_work(work)
+        sums = {
+            "input": work[:, BASE].sum() + pushed[0] + halves[0],
+            "loads": loads,
+            "bolts": -work[:, BOLTS].sum() - halves[1],
+            "slip": slip.sum(),
+            "dashpots": damped,
+            "mass_damping": drag[0],
+            "quiet": drag[1],
+        }
+        found = np.array([sums[name] for name in SUMS])
+        self.memory = replace(self.memory, sums=self.memory.sums + found, slip_energy=self.memory.slip_energy + slip)
+
+    def _cycles(self, until: float) -> _Cycles:
+        """Return the cycles of the next window up to a time [s]."""
+        memory = self.memory
+        left, last = until - memory.time, memory.time_step
+        count = max(1, int(np.ceil(left / memory.stable * (1 - 1e-9))))
+        step = left / count
+        step = last if abs(step - last) <= ROUNDING * left else step
+        velocity = memory.velocity
+        if last and last != step:  # that of half another time step before
+            velocity = velocity + self._rock.projected(self._accelerations()) * (last - step) / 2
+        count = min(count, FREE.cycles)
+        base, wave = self._of_base(count, step) * step**2, np.zeros(count)
+        if self._shaking.boundary is not None:
+            base, wave = wave, base
+            if not self.is_over:
+                wave = self._base.velocity_at(memory.time + step * np.arange(count, dtype=np.float64))
+        return _Cycles(count, step, base, wave, velocity * step)
+
+    def _of_base(self, count: int, step: float) -> FloatArray:
+        """Return the acceleration of the base in cycles from now on, (count,) [m/s2]."""
+        if self.is_over:
+            return np.zeros(count)
+        times = self.memory.time + step * np.arange(count, dtype=np.float64)
+        return self._base.acceleration_at(times, step)
+
+    def _keep_time(self, until: float, went: int, velocity: FloatArray, work: FloatArray, step: float) -> None:
+        """Keep time, velocities and peaks at the end of a window."""
+        memory, peaks = self.memory, np.zeros((len(self._present), 2))
+        of_nodes = np.sqrt(work[:, [SPEED, ACCELERATION]]) / step ** np.array([1, 2])
+        np.maximum.at(peaks, self._rock.block, of_nodes)
+        time = memory.time + went * step
+        self.memory = replace(
+            memory,
+            time=until if until - time < step / 2 else time,
+            time_step=step,
+            velocity=velocity / step,
+            peaks=np.maximum(memory.peaks, peaks),
+            least_step=min(memory.least_step, step),
+            cycles=memory.cycles + went,
+            windows=memory.windows + 1,
+        )
+
+    def _keep(self, u: FloatArray, laws: dict[str, Any]) -> tuple[FloatArray, float]:
+        """Keep where nodes are, and what joints and bolts remember.
+
+        Return what slip took in every joint, (j + 1,) [N], and what dashpots of joints took.
+        """
+        equations, slip, damped = self.equations, np.zeros_like(self.memory.slip_energy), 0.0
+        window, joints = self._window, equations.joints
+        if window is not None and joints is not None:
+            equations = replace(equations, history=window.after(laws, joints.relative(u)[1]))
+        if equations.bolts is not None:
+            equations = replace(equations, bolts=equations.bolts.commit(equations.bolts.evaluate(u), u))
+        self.equations = slid_on(equations, u, self._present) or equations
+        self.at = self.equations.at(u, equations.free.none)
+        if window is not None and joints is not None and self.at.state is not None:
+            at_points, damped = window.work(laws, self.at.state)
+            joint = np.minimum(joints.joint, len(slip) - 1)  # the last: of rock
+            slip = np.bincount(joint, at_points, len(slip)).astype(np.float64)
+        self._begin()
+        self._limit_time_step()
+        return slip, damped
+
+    def _halves(self, velocity: FloatArray) -> FloatArray:
+        """Return half the work of input and bolts in a cycle with a velocity (k, 3), (2,) [N]: windows share it."""
+        memory = self.memory
+        base = self._of_base(1, memory.time_step or memory.stable)[0]
+        push = -base * self._axis * self._rock.mass[:, None]
+        if self._shaking.boundary is not None and not self.is_over:
+            push = self._quiet.push * self._base.velocity_at(np.array([memory.time]))[0]
+        bolts = np.zeros_like(push)
+        if self.equations.bolts is not None and self.at.bolts is not None:
+            bolts = self._rock.on_nodes(self.equations.bolts.forces(self.at.bolts))
+        return -np.array([(push * velocity).sum(), (bolts * velocity).sum()]) / 2
+
+    def _drag_work(self, work: FloatArray) -> tuple[float, float]:
+        """Return what mass damping and quiet boundaries took, of the work of nodes (k, 5), [N]."""
+        taken, whole = work[:, DRAG], self._drag[:, :2].sum(axis=1)
+        of_masses = np.divide(2 * self._shaking.drag, whole, out=np.zeros_like(whole), where=whole > 0)
+        by_masses = float((taken * of_masses).sum())
+        return by_masses, float(taken.sum()) - by_masses
+
+    def _accelerations(self) -> FloatArray:
+        """Return the accelerations of nodes by all forces, relative to the base, (k, 3) [m/s2]."""
+        memory, mass = self.memory, self._rock.mass[:, None]
+        forces = self._rock.on_nodes(self.at.residual)
+        if self._shaking.boundary is not None and not self.is_over:
+            forces = forces + self._quiet.push * self._base.velocity_at(np.array([memory.time]))[0]
+        forces = forces - self._quiet.dashpots * memory.velocity
+        found: FloatArray = np.divide(forces, mass, out=np.zeros_like(forces), where=mass > 0)
+        found -= self._of_base(1, memory.time_step or memory.stable)[0] * self._axis
+        return found
+
+    def _points(self, velocity: FloatArray, step: float) -> tuple[Any, dict[str, Any], FloatArray]:
+        """Return points of joints, their laws and how far they may slide, as kernels take them."""
+        joints, history = self.equations.joints, self.equations.history
+        if joints is None or history is None or self._window is None:
+            return self._rock.no_points, self._rock.no_laws, np.zeros(0)
+        points, gradient = self._rock.points(joints, history, self.at.u)
+        opened, slid = (gradient * velocity[points[0]][:, None, :, :2]).sum(axis=(2, 3)).T
+        dashpots = self._shaking.dashpots * self._rock.critical_dashpots(joints, points[0], gradient)
+        laws = self._window.chunks(dashpots / step, opened, slid)
+        return points, laws, self._window.farthest(FREE.window)
+
+    def _stored(self) -> float:
+        """Return the energy of rock and springs of joints now, that of the rock at the start apart [N]."""
+        equations = self.equations
+        energy = self._rock.strain_energy(equations, self.at.u)
+        energy += float((self._rock.outer - equations.load) @ (self.at.u - self._start))
+        if equations.joints is not None and equations.history is not None and self.at.state is not None:
+            energy += joint_energy(equations.joints, equations.history, self.at.state)
+        return energy

@@ -1,0 +1,107 @@
+"""A stage of zones that is shaken: through the record, and on to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.movements import distances
+from bsm_mesh.results.records import StepRecord
+from bsm_mesh.results.shaking import imbalance_of
+from bsm_mesh.solve.motion.following import DAMPED, FREE
+from bsm_mesh.solve.motion.shaking_memory import SUMS
+from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
+from bsm_mesh.solve.zones.stage_solution import RUNAWAY, StageEnd, movement
+
+if TYPE_CHECKING:
+    from bsm_mesh.solve.zones.stages import Continuum
+
+SLIP = SUMS.index("slip")
+SMALL = 'small displacements do not follow them; give zones displacement = "large"'
+PARTS = 10  # of so many windows after the record without any slip: elastic vibrations are left
+LONGEST = 200_000  # cycles after the record
+
+
+class Watch(Protocol):
+    """Gets the times of a stage that is shaken."""
+
+    def __call__(self, motion: ShakenZones, *, now: Callable[[], StageEnd]) -> None:
+        """Look at the motion at its present time; `now` returns the stage then."""
+
+
+def unwatched(motion: ShakenZones, *, now: Callable[[], StageEnd]) -> None:
+    """Look at nothing."""
+
+
+def shaken_through(motion: ShakenZones, shaking: Shaking, watch: Callable[[ShakenZones], None]) -> str:
+    """Shake zones to the end of the record, and return why that is no answer; empty if it is one."""
+    count = round(shaking.length / shaking.interval)
+    for number in range(1, count + 1):
+        motion.go_on(shaking.length if number == count else number * shaking.interval)
+        if motion.diverged:
+            return f"zones are nowhere any more after {motion.memory.time:.4g} s of shaking; reduce time_step"
+        motion.keep_record()
+        watch(motion)
+    missed = imbalance_of(motion.memory.records[:, 2:])
+    if missed <= shaking.max_imbalance:
+        return ""
+    return (
+        f"the energy balance of the shaking is missed by {100 * missed:.2g} % of the greatest energy (asked: "
+        f"{100 * shaking.max_imbalance:g} %): give shaking a smaller time_step (now {shaking.time_step:g})"
+    )
+
+
+def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tuple[str, IntArray | None]:
+    """Follow zones after the record until they are near rest; return why they are not, and blocks (k,) that move on.
+
+    Blocks that slide on are hardly damped, as rigid blocks are; vibrations without slip are. Nothing and None: at rest.
+    """
+    end, least = motion.memory, SINGLE * abs(motion.memory.springs)
+    size, start = np.sqrt(of.model.blocks.moments.area), movement(of, motion.at.u)
+    gone, still = np.zeros_like(present), 0
+    motion.damping, motion.is_over = FREE.damping, True
+    while motion.kinetic > least and motion.memory.cycles < end.cycles + LONGEST and not gone.any():
+        slipped = motion.memory.sums[SLIP]
+        _go_on(motion)
+        still = still + 1 if motion.memory.sums[SLIP] == slipped else 0
+        if still == PARTS:
+            motion.damping = DAMPED.damping
+        gone = (distances(movement(of, motion.at.u) - start) > RUNAWAY * size) & present
+    beyond, is_calm, motion.memory = motion.memory.time - end.time, motion.kinetic <= least, end
+    if is_calm:
+        return "", None
+    if not gone.any():
+        return f"blocks were not at rest within {beyond:.3g} s after the record", None
+    if of.discretization.large:
+        return "", np.flatnonzero(gone).astype(np.int32)
+    return f"after the record blocks slide on by more than their size: {SMALL}", None
+
+
+def _go_on(motion: ShakenZones) -> None:
+    memory = motion.memory
+    motion.go_on(memory.time + FREE.cycles * memory.stable)
+
+
+def shaken_step(of: Continuum, motion: ShakenZones, stage: int, step: int, seconds: float) -> StepRecord:
+    """Return the record of a time of a stage that is shaken."""
+    state, history = motion.at.state, motion.equations.history
+    there = np.zeros(0, dtype=bool) if history is None else history.present
+    opens = there if state is None else ~state.closed
+    slips = there if state is None else state.closed & ~state.sticking
+    return StepRecord(
+        stage=stage,
+        step=step,
+        residual=motion.at.size,
+        max_displacement=float(distances(movement(of, motion.at.u)).max(initial=0.0)),
+        newton_iterations=0,
+        factorizations=0,
+        open_contacts=int((opens & there).sum()),
+        slipping_contacts=int((slips & there).sum()),
+        seconds=seconds,
+        method="shaking",
+        time=motion.memory.time,
+    )
