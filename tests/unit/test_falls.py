@@ -121,6 +121,7 @@ def test_a_chip_that_slides_to_a_stop_is_in_a_note_and_in_no_headline(tmp_path):
     assert "1 block too small to count (falls.ignore_below) moved by up to 0.1 m: block 3" in stage.notes
     again = bsm.Results.load(results.save(tmp_path / "out"))
     assert again.stages[0].max_displacement == stage.max_displacement
+    assert stage.steps[-1].max_displacement == pytest.approx(stage.max_displacement)  # of the progress lines
     everything = bsm.run(results.model, bsm.Options(falls=bsm.Falls(ignore_below=0.0)))
     assert verdict_in_words(everything.blocks, everything.stages[0]).startswith("stable, after 1 block moved by 0.1 m")
 
