@@ -22,7 +22,7 @@ from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.pictures.figures import paper, save
 from bsm_mesh.solve.continuation.time_steps import time_steps_of
 from bsm_mesh.solve.linear.readiness import make_ready, solver_faults
-from bsm_mesh.solve.zones.scheme import zoned
+from bsm_mesh.solve.zones.scheme import zone_time_steps, zoned
 from bsm_mesh.text.flow_given import given_flow, given_rows
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality_summary
@@ -97,7 +97,8 @@ def check_model(
             ready = make_ready(loaded.model, loaded.options)
         notes = (*ready.notes, *_folder_notes(loaded))
         progress.report("time steps of shaken stages")
-        shaken = time_steps_of(ready.model, loaded.options)
+        expected = zone_time_steps if has_zones(loaded.model) else time_steps_of
+        shaken = expected(ready.model, loaded.options)
         progress.report("quality of the blocks")
         report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
     flow = [] if ready.flow is None else given_flow(loaded.model, ready.flow.joints)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from bsm_mesh.errors import counted, named_stage
-from bsm_mesh.solve.continuation.time_steps import TimeSteps
+from bsm_mesh.solve.motion.time_steps import TimeSteps
 from bsm_mesh.text.tables import engineering
 
 ORDERS = ((30, "less than a minute"), (600, "minutes"), (3600, "tens of minutes"), (86_400, "hours"))  # up to so many s

@@ -21,6 +21,7 @@ from tests.scenes.shapes import rectangle, turned
 STAGE = "earthquake"
 STILL = bsm.Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=0.1)
 WEIGHT = 25e3  # N/m3
+PILE = [rectangle(-2, -1, 3, 0), rectangle(0, 0, 1, 1), rectangle(1, 0, 2, 1), rectangle(0.2, 1, 1.2, 2)]
 
 
 def shaken_zones(polygons, shaking, *, joint=None, young=1e10, poisson=0.2, degrees=0.0, rock=None, **given):

@@ -13,6 +13,7 @@ from bsm_mesh.results.shaking import ENERGIES
 from tests.scenes.quiet import velocities
 from tests.scenes.shaken import LAWS, quake
 from tests.scenes.shaken_zones import (
+    PILE,
     STAGE,
     STILL,
     WEIGHT,
@@ -27,7 +28,6 @@ from tests.scenes.shaken_zones import (
 )
 from tests.scenes.shapes import rectangle, turned
 
-PILE = [rectangle(-2, -1, 3, 0), rectangle(0, 0, 1, 1), rectangle(1, 0, 2, 1), rectangle(0.2, 1, 1.2, 2)]
 FRICTION = bsm.MohrCoulomb(friction=35.0)
 JOINTS = {
     "elastic": {},

@@ -7,10 +7,13 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.commands.check import check_model
 from bsm_mesh.model.options import Options
+from bsm_mesh.model.zones import has_zones
 from bsm_mesh.solve.continuation.time_steps import time_steps_of
 from bsm_mesh.solve.linear.readiness import make_ready
+from bsm_mesh.solve.zones.scheme import zone_time_steps
 from bsm_mesh.text.shaking_given import order_of
 from tests.scenes.shaken import STAGE, block_on_plane, shaken, wall
+from tests.scenes.shaken_zones import PILE, column, shaken_zones
 from tests.scenes.shapes import rectangle, running_bond
 
 SHORT = {"waveform": "sine", "frequency": 10.0, "amplitude": 1.0, "every": 0.02}
@@ -18,7 +21,8 @@ EXPLICIT = bsm.Shaking(**SHORT)
 
 
 def estimates(model):
-    return time_steps_of(make_ready(model, Options()).model, Options())
+    expected = zone_time_steps if has_zones(model) else time_steps_of
+    return expected(make_ready(model, Options()).model, Options())
 
 
 def excavated_before():
@@ -38,6 +42,8 @@ MODELS = {
         bsm.Shaking(**SHORT, integrator="implicit", time_step=0.1, contact_damping=0.1), friction=0.8
     ),
     "excavated before": excavated_before,
+    "zones": lambda: shaken_zones(PILE, EXPLICIT, young=1e9, before=[bsm.Stage(name="cut", excavate=[3])]),
+    "zones, quiet": lambda: column(0, count=3)[0],
 }
 
 

@@ -14,6 +14,7 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.model.zones import large_zones, zone_order
 from bsm_mesh.results.records import StageResult, StepRecord
+from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 from bsm_mesh.solve.stages.scheme import Watchers
 from bsm_mesh.solve.stages.shaken import notes_on_shaking
@@ -52,6 +53,17 @@ def zoned(model: Model, options: Options) -> Continuum:
     breaks = any(rock.has_strength for rock in model.rocks)
     elements = Discretization(order=zone_order(model), joints=True, rock_breaks=breaks, large=large_zones(model))
     return Continuum(model, elements, mesh=zone_mesh(model))
+
+
+def zone_time_steps(model: Model, options: Options) -> list[TimeSteps]:
+    """Return an estimate for every shaken stage of a model with zones, by the first steps of each."""
+    found = []
+    for number, stage in enumerate(model.stages, start=1):
+        if stage.shaking is not None:
+            of = zoned(model, options)
+            run = StageRun(of, nominal_constants(model).stiffness[of.mesh.block])
+            found.append(estimated(stage.name, stage.shaking, run.as_given(number, stage.shaking)))
+    return found
 
 
 class ZoneStages:

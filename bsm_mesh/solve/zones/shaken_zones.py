@@ -109,6 +109,10 @@ class ShakenZones:
         self.memory = replace(begun, velocity=np.zeros((len(rock.mass), 3)))
         self._limit_time_step()
 
+    def steps_to(self, until: float) -> int:
+        """Return the number of time steps to a time [s], with the present joints."""
+        return max(1, int(np.ceil((until - self.memory.time) / self.memory.stable * (1 - 1e-9))))
+
     def go_on(self, until: float) -> None:
         """Move nodes until a time [s], or until they are nowhere any more."""
         while self.memory.time < until and not self.diverged:
@@ -201,7 +205,7 @@ class ShakenZones:
         """Return the cycles of the next window up to a time [s]."""
         memory = self.memory
         left, last = until - memory.time, memory.time_step
-        count = max(1, int(np.ceil(left / memory.stable * (1 - 1e-9))))
+        count = self.steps_to(until)
         step = left / count
         step = last if abs(step - last) <= ROUNDING * left else step
         velocity = memory.velocity

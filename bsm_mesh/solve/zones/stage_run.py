@@ -221,13 +221,7 @@ class StageRun:
         """Return the end of a stage that is shaken: the motion, and the rest to which it leads."""
         state, loads = self.state, self._loads(present)
         state.held_back(1.0)
-        equations, outer = self.equations(present, loads, shaking.quiet), self.of.merged(loads)
-        quiet = quiet_nodes(self.of, self.stiffness, shaking, BaseMotion(shaking).axis, present)
-        if shaking.quiet:  # forces of the supports that dashpots replace stay
-            held = equations.at(state.u, equations.free.none).residual * quiet.on_unknowns(self.of.basis)
-            equations, outer = replace(equations, load=equations.load - held), outer - held
-        rock = MovingRock(self.of, self.stiffness, present, equations, outer)
-        motion = ShakenZones(rock, equations, state.u, shaking, present, quiet)
+        motion = self._in_motion(shaking, present, loads)
 
         def now() -> StageEnd:
             return self._end(stage.name, present, motion.equations, motion.at, loads, converged=False)
@@ -242,6 +236,26 @@ class StageRun:
         state.u, state.joints = motion.at.u, motion.equations.joints
         state.history, state.bolts = motion.equations.history, motion.equations.bolts
         return replace(self._solved(stage.name, present, (1.0,)), shaking=result)
+
+    def _in_motion(self, shaking: Shaking, present: BoolArray, loads: FloatArray) -> ShakenZones:
+        """Return the blocks that are there at the begin of a stage that is shaken."""
+        equations, outer = self.equations(present, loads, shaking.quiet), self.of.merged(loads)
+        quiet = quiet_nodes(self.of, self.stiffness, shaking, BaseMotion(shaking).axis, present)
+        if shaking.quiet:  # forces of the supports that dashpots replace stay
+            held = equations.at(self.state.u, equations.free.none).residual * quiet.on_unknowns(self.of.basis)
+            equations, outer = replace(equations, load=equations.load - held), outer - held
+        rock = MovingRock(self.of, self.stiffness, present, equations, outer)
+        return ShakenZones(rock, equations, self.state.u, shaking, present, quiet)
+
+    def as_given(self, number: int, shaking: Shaking) -> ShakenZones:
+        """Return the blocks of a stage that is shaken where they were given, ready to be followed."""
+        present = self.of.presence[number]
+        self.recall(self.memory, number)
+        if self.state.bolts is not None:
+            for stage in range(1, number + 1):
+                self.state.bolts = self.state.bolts.install(stage, self.state.u)
+            self.state.bolts = self.state.bolts.without(~present)
+        return self._in_motion(shaking, present, self._loads(present))
 
     def _loose(self, equations: Equations, at: Iterate, present: BoolArray) -> list[LoosePart]:
         """Return the parts of blocks that are there (n,) that neither supports nor joints hold."""
