@@ -177,10 +177,12 @@ def solve(
 ) -> Results:
     """Return the results of a model, from where `resumption` says, by a route; other arguments as in `run`.
 
-    `proves` says whether limit analysis is asked to prove unstable verdicts.
+    `proves` says whether limit analysis is asked to prove unstable verdicts. Of zones it always is: there the proof
+    is the verdict.
     """
     from bsm_mesh import space
     from bsm_mesh.model.kinds import in_space
+    from bsm_mesh.model.zones import has_zones
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.histories import Recorder
     from bsm_mesh.solve.stages.scheme import Watchers
@@ -189,7 +191,7 @@ def solve(
     def prove(part: Model, down: IntArray) -> Proof:
         from bsm_mesh.solve.limit.proof import prove as proof_of  # of every unstable block only
 
-        if not proves:
+        if not (proves or has_zones(model)):
             return Proof(text="no proof was asked for")
         report("limit analysis")
         return space.proof_in_space(part) if in_space(part.blocks) else proof_of(part, down)

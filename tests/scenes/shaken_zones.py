@@ -11,10 +11,9 @@ import bsm_mesh as bsm
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.options import Options
 from bsm_mesh.solve.stages.scheme import Watchers
-from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
-from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.scheme import ZoneStages
-from bsm_mesh.solve.zones.shaken_zones import ShakenZones
+from bsm_mesh.solve.zones.shaken_stage import in_motion
+from bsm_mesh.solve.zones.supports import nodal_unknowns
 from tests.scenes.shaken import quake
 from tests.scenes.shapes import rectangle, turned
 
@@ -170,14 +169,12 @@ def at_displacements(model, u):
     stages = ZoneStages(model, Options(), watchers)
     run, of = stages._run, stages._continuum
     run.end_of(0)
-    present = of.presence[0]
-    loads = run._loads(present)
-    equations = run.equations(present, loads)
-    rock = MovingRock(of, run.stiffness, present, equations, of.merged(loads))
-    shaking = model.stages[-1].shaking
-    quiet = quiet_nodes(of, run.stiffness, shaking, np.array([1.0, 0.0]), present)
-    place = of.basis.doflocs[:, rock.nodes[:, 0]].T
+    present, shaking = of.presence[0], model.stages[-1].shaking
+    nodes = nodal_unknowns(of.basis)
+    block = np.zeros(len(nodes), dtype=np.int64)
+    block[of.mesh.mesh.t] = of.mesh.block
     moved = run.state.u.copy()
-    moved[rock.nodes] += u(place, rock.block)
-    moved = equations.free.fulfilled(moved)
-    return ShakenZones(rock, equations, moved, shaking, present, quiet)
+    moved[nodes] += u(of.basis.doflocs[:, nodes[:, 0]].T, block)
+    loads = run.loads_on(present)
+    run.state.u = run.equations(present, loads).free.fulfilled(moved)
+    return in_motion(run, shaking, present, loads)

@@ -50,7 +50,7 @@ def equations(model, order):
     continuum = Continuum(model, Discretization(order=order, joints=True))
     run = StageRun(continuum, np.tile(np.eye(3) * 30e9, (continuum.mesh.mesh.t.shape[1], 1, 1)))
     there = np.ones(model.blocks.count, dtype=bool)
-    return continuum, run.equations(there, run._loads(there))
+    return continuum, run.equations(there, run.loads_on(there))
 
 
 @pytest.mark.parametrize("points", ["ends", "gauss"])

@@ -246,3 +246,13 @@ def test_results_come_back_from_their_folder(tmp_path):
     assert len(one.steps) == 5  # four times, and rest
     assert (tmp_path / "out" / "energy.csv").is_file()
     assert STAGE in (tmp_path / "out" / "summary.json").read_text(encoding="utf-8")
+
+
+@pytest.mark.heavy
+def test_newmarks_method_finds_the_yield_acceleration_of_zones():
+    """A trial that finds no equilibrium has moved where limit analysis proves it: friction alone holds .2 g."""
+    model, _ = newmarks_block(zones=SMALL)
+    found = bsm.newmark(model, shaken=False)
+    for side in found.sides:
+        assert side.yields == pytest.approx(0.2, rel=0.01)
+        assert abs(side.limit.unstable) == pytest.approx(0.2, rel=0.01)

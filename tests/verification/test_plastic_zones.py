@@ -129,7 +129,7 @@ def test_no_equilibrium_is_nearer_than_the_bound(monkeypatch):
     continuum = zoned(model, bsm.Options())
     run = StageRun(continuum, nominal_constants(model).stiffness[continuum.mesh.block])
     there = np.ones(model.blocks.count, dtype=bool)
-    equations = run.equations(there, run._loads(there))
+    equations = run.equations(there, run.loads_on(there))
     start = np.zeros(len(equations.load))
     rest, found = find_equilibrium(equations, start)
     assert found

@@ -22,6 +22,7 @@ from bsm_mesh.solve.stages.solution import confirmed
 from bsm_mesh.solve.zones.collapse import with_proof
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.mesh import Discretization
+from bsm_mesh.solve.zones.shaken_stage import as_given
 from bsm_mesh.solve.zones.shaken_zones import ShakenZones
 from bsm_mesh.solve.zones.shaking_run import shaken_step
 from bsm_mesh.solve.zones.stage_result import Before, stage_result
@@ -62,7 +63,7 @@ def zone_time_steps(model: Model, options: Options) -> list[TimeSteps]:
         if stage.shaking is not None:
             of = zoned(model, options)
             run = StageRun(of, nominal_constants(model).stiffness[of.mesh.block])
-            found.append(estimated(stage.name, stage.shaking, run.as_given(number, stage.shaking)))
+            found.append(estimated(stage.name, stage.shaking, as_given(run, number, stage.shaking)))
     return found
 
 

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
-from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import INITIAL, Stage
 from bsm_mesh.model.water import Water
-from bsm_mesh.solve.motion.shaking_memory import result_of
 from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
 from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
 from bsm_mesh.solve.zones.fills import Fill
@@ -28,10 +24,8 @@ from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
 from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
-from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
-from bsm_mesh.solve.zones.rock_in_motion import MovingRock
-from bsm_mesh.solve.zones.shaken_zones import ShakenZones
-from bsm_mesh.solve.zones.shaking_run import Watch, come_to_rest, shaken_through, unwatched
+from bsm_mesh.solve.zones.shaken_stage import shaken_end
+from bsm_mesh.solve.zones.shaking_run import Watch, unwatched
 from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.supports import held_displacements
 from bsm_mesh.solve.zones.system import FreeUnknowns, LoosePart, loose_parts
@@ -96,7 +90,7 @@ class StageRun:
         self._wet()
         if self.state.bolts is not None:
             self.state.bolts = self.state.bolts.without(~present)
-        end = self._solved(INITIAL, present, (1.0,))
+        end = self.solved(INITIAL, present, (1.0,))
         if self.of.model.in_situ is not None:
             self.state.origin = self.state.u
         return end
@@ -105,7 +99,7 @@ class StageRun:
         """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
         state, of = self.state, self.of
         stays = before & present
-        equations = self.equations(stays, self._loads(stays))
+        equations = self.equations(stays, self.loads_on(stays))
         old = equations.at(state.u, equations.free.none)
         excavation = old.residual - state.held_back(0.0) - self.reactions
         state.unreleased.append((excavation, 0.0))
@@ -124,8 +118,8 @@ class StageRun:
             state.water = self._water(stage.water)
             self._wet()
         if stage.shaking is not None:
-            return self._shaken(stage, stage.shaking, present, watch)
-        return self._solved(stage.name, present, stage.relaxation)
+            return shaken_end(self, stage.name, stage.shaking, present, watch)
+        return self.solved(stage.name, present, stage.relaxation)
 
     def _fill(self, stays: BoolArray, comes: BoolArray) -> None:
         """Put blocks (n,) back as they were given, without stress and without force in their joints."""
@@ -148,9 +142,10 @@ class StageRun:
         if joints is not None and state.history is not None and state.water is not None:
             state.history = replace(state.history, water=joints.lumped(state.water.beyond_table))
 
-    def _solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
+    def solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
+        """Return the equilibrium of a stage after every released part of excavation forces, or the first failure."""
         state, of = self.state, self.of
-        loads = self._loads(present)
+        loads = self.loads_on(present)
         equations = self.equations(present, loads)
         held, collapse = equations.free.supports, None
         for part in parts:
@@ -179,11 +174,11 @@ class StageRun:
         plastic = equations.plastic
         if plastic is not None and at.plastic is not None and not converged:
             plastic = plastic.after(at.plastic)  # stresses of the last state, not those of elastic rock there
-        end = self._end(name, present, replace(equations, plastic=plastic), at, loads, converged)
+        end = self.end_at(name, present, replace(equations, plastic=plastic), at, loads, converged)
         leaves = converged and equations.leaves(at)
         return replace(end, loose=loose, collapse=collapse, held_back=held_back, leaves=leaves)
 
-    def _end(
+    def end_at(
         self, name: str, present: BoolArray, equations: Equations, at: Iterate, loads: FloatArray, converged: bool
     ) -> StageEnd:
         """Return the state at displacements and forces `at`, with nothing held back."""
@@ -216,46 +211,6 @@ class StageRun:
             unknowns=equations.free.free.size,
             solutions=equations.free.solutions,
         )
-
-    def _shaken(self, stage: Stage, shaking: Shaking, present: BoolArray, watch: Watch) -> StageEnd:
-        """Return the end of a stage that is shaken: the motion, and the rest to which it leads."""
-        state, loads = self.state, self._loads(present)
-        state.held_back(1.0)
-        motion = self._in_motion(shaking, present, loads)
-
-        def now() -> StageEnd:
-            return self._end(stage.name, present, motion.equations, motion.at, loads, converged=False)
-
-        fault = shaken_through(motion, shaking, partial(watch, now=now))
-        moving = None
-        if not fault:
-            fault, moving = come_to_rest(self.of, motion, present)
-        result = result_of(motion.memory)
-        if fault or moving is not None:
-            return replace(now(), shaking=result, fault=fault, moving=moving)
-        state.u, state.joints = motion.at.u, motion.equations.joints
-        state.history, state.bolts = motion.equations.history, motion.equations.bolts
-        return replace(self._solved(stage.name, present, (1.0,)), shaking=result)
-
-    def _in_motion(self, shaking: Shaking, present: BoolArray, loads: FloatArray) -> ShakenZones:
-        """Return the blocks that are there at the begin of a stage that is shaken."""
-        equations, outer = self.equations(present, loads, shaking.quiet), self.of.merged(loads)
-        quiet = quiet_nodes(self.of, self.stiffness, shaking, BaseMotion(shaking).axis, present)
-        if shaking.quiet:  # forces of the supports that dashpots replace stay
-            held = equations.at(self.state.u, equations.free.none).residual * quiet.on_unknowns(self.of.basis)
-            equations, outer = replace(equations, load=equations.load - held), outer - held
-        rock = MovingRock(self.of, self.stiffness, present, equations, outer)
-        return ShakenZones(rock, equations, self.state.u, shaking, present, quiet)
-
-    def as_given(self, number: int, shaking: Shaking) -> ShakenZones:
-        """Return the blocks of a stage that is shaken where they were given, ready to be followed."""
-        present = self.of.presence[number]
-        self.recall(self.memory, number)
-        if self.state.bolts is not None:
-            for stage in range(1, number + 1):
-                self.state.bolts = self.state.bolts.install(stage, self.state.u)
-            self.state.bolts = self.state.bolts.without(~present)
-        return self._in_motion(shaking, present, self._loads(present))
 
     def _loose(self, equations: Equations, at: Iterate, present: BoolArray) -> list[LoosePart]:
         """Return the parts of blocks that are there (n,) that neither supports nor joints hold."""
@@ -335,7 +290,7 @@ class StageRun:
             converged = False
         return equations, at, converged
 
-    def _loads(self, present: BoolArray) -> FloatArray:
+    def loads_on(self, present: BoolArray) -> FloatArray:
         """Return weights, loads and water on the rock that is there, on the unknowns of `loaded`."""
         state, (mesh, basis, _) = self.state, self.of.loaded
         loads = load_vector(state.model, mesh, basis, state.loads, present) + state.pressures
@@ -347,7 +302,7 @@ class StageRun:
         return loads + water
 
     def equations(self, present: BoolArray, loads: FloatArray, quiet: tuple[str, ...] = ()) -> Equations:
-        """Return the equations of the rock that is there under loads, as `_loads` returns them.
+        """Return the equations of the rock that is there under loads, as `loads_on` returns them.
 
         Supports of `quiet` boundaries are left out.
         """
