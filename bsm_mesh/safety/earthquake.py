@@ -236,6 +236,10 @@ def _sliding_side(side: Side, limit: Safety, base: BaseMotion, peak: float) -> S
     if limit.stable is None:
         raise_faults([f"newmark: no verdict on the blocks at rest: {trial.reason}" for trial in limit.trials][:1])
     assert limit.stable is not None
+    if limit.stable == 0 and peak > 0:
+        undecided = [trial for trial in limit.trials if trial.value != 0]
+        why = f": at {undecided[-1].value:.3g} g {undecided[-1].reason}" if undecided else "; allow more trials"
+        raise ModelError(f"newmark: no acceleration to the {side} has a verdict{why}")
     axis, sign = float(base.axis[0]), SIGNS[side]
     if limit.unstable is None and abs(limit.stable) >= peak:
         return SlidingSide(side=side, limit=limit, sliding=None, turned=None, least=0.0, turned_least=0.0)

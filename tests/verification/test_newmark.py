@@ -62,6 +62,15 @@ def test_nothing_is_certain_to_slide_where_no_acceleration_was_found_unstable():
     assert side.least == side.turned_least == 0
 
 
+def test_trials_without_a_verdict_give_no_yield_acceleration():
+    model = block_on_plane(PULSE, friction=0.2)
+    with pytest.raises(bsm.ModelError, match="no acceleration to the left has a verdict; allow more trials"):
+        bsm.newmark(model, trials=1, shaken=False)
+    undecided = SimpleNamespace(stable=0.0, unstable=None, trials=(SimpleNamespace(value=-1.0, reason="why"),))
+    with pytest.raises(bsm.ModelError, match="has a verdict: at -1 g why"):
+        _sliding_side("left", undecided, BaseMotion(PULSE), 0.5)
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("scale", [1.0, -1.0])
 def test_the_block_on_a_plane_beside_its_shaken_stage(scale):
