@@ -74,7 +74,7 @@ def equations_of(model: bsm.Model, factor: float) -> equilibrium.Equations:
     continuum = zoned(weaker, bsm.Options())
     run = StageRun(continuum, nominal_constants(weaker).stiffness[continuum.mesh.block])
     there = np.ones(weaker.blocks.count, dtype=bool)
-    return run.equations(there, run._loads(there))
+    return run.equations(there, run.loads_on(there))
 
 
 def limit(model: bsm.Model) -> tuple[float, float] | None:
