@@ -158,6 +158,26 @@ def test_bolts_water_and_an_excavated_stage_before(bolt):
     assert results.check().ok
 
 
+def test_water_in_joints_does_work():
+    water = bsm.Water(table=[(-2, 0.4), (3, 0.4)], joint_pressure={"J": 8e3})
+    given = {"joint": bsm.Joint("J", 1e8, 1e8, law=FRICTION), "zones": SMALL, "young": 1e9, "water": water}
+    results = bsm.run(shaken_zones(PILE, bsm.Shaking(record=quake(6.0, 1.0), every=0.1), **given))
+    found = results.stages[-1].shaking
+    assert results.status == "stable"
+    assert found.imbalance < 1e-4
+
+
+def test_every_block_has_its_peak_velocity():
+    """Blocks without joints share all nodes of their zones: those of a row move much alike."""
+    hit = shaking(direction=90.0, amplitude=0.1, cycles=1)
+    grid = [rectangle(x, y, x + 1, y + 1) for y in range(3) for x in range(4)]
+    blocks = bsm.Blocks.from_polygons(grid, rock="rock").with_boundary("foot", lambda x, y: np.abs(y) < 1e-9)
+    model = bar(hit, 3.0, 3, zones=bsm.Zones(size=2.0, order=1), young=1e8).replace(blocks=blocks)
+    rows = bsm.run(model).stages[-1].shaking.peak_velocity.reshape(3, 4)
+    assert (rows.min(axis=1) > 0.95 * rows.max(axis=1)).all()  # but for the triangles at both sides
+    assert (np.diff(rows[:, 0]) > 0).all()
+
+
 @pytest.mark.parametrize("zones", [SMALL, LARGE])
 def test_nothing_moves_what_nothing_shakes(zones):
     still = replace(STILL, duration=0.02, every=0.02)

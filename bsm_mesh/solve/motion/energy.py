@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.forces import ContactSet, Evaluation
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 
 
-def spring_energy(contacts: ContactSet, at: Evaluation) -> float:
-    """Return the energy in the normal and shear springs of closed contacts [N]."""
+def spring_energy(contacts: Any, at: Any) -> float:
+    """Return the energy in the normal and shear springs of closed contacts, or of points of joints of zones [N]."""
     pressure, shear = np.where(at.closed, at.pressure, 0.0), np.where(at.closed, at.shear, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         normal: FloatArray = np.where(contacts.normal_stiffness > 0, pressure**2 / (2 * contacts.normal_stiffness), 0.0)

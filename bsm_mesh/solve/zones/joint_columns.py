@@ -11,9 +11,10 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.closure import Hyperbolic
 from bsm_mesh.contact.features import Features
 from bsm_mesh.contact.forces import rows_by_law
-from bsm_mesh.model.joint_laws import closure, wear_length_of
+from bsm_mesh.model.joint_laws import wear_length_of
 from bsm_mesh.solve.motion.contact_columns import LEAST_SHARE, column_of
 from bsm_mesh.solve.motion.cycles import wear_room
+from bsm_mesh.solve.motion.energy import spring_energy
 from bsm_mesh.solve.motion.window_columns import UNLIMITED, ExtremeLines, chunks_of, strength_lines
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import TOUCHING, JointPoints
@@ -27,6 +28,7 @@ class _Asked:
     candidates: JointPoints  # with the `length` of each
     by_law: tuple[tuple[int, Any], ...]
     features: Features
+    normal_stiffness: FloatArray
     failed: Any
     slip_path: FloatArray
     offset: FloatArray
@@ -74,6 +76,7 @@ class JointWindow:
             candidates=points,
             by_law=rows_by_law(points.joint) if before is None else before._asked.by_law,
             features=Features(hyperbolic, points.growing, dilating),
+            normal_stiffness=points.normal_stiffness,
             failed=history.failed,
             slip_path=history.slip_path,
             offset=history.offset,
@@ -129,6 +132,11 @@ class JointWindow:
         rows: IntArray = np.arange(self._asked.count)
         return chunks_of(self._asked, self._state.springs, rows, columns, slips=True, works=True)
 
+    @property
+    def energy(self) -> float:
+        """Energy in the springs of closed points at the begin [N]."""
+        return spring_energy(self._asked, self._state)
+
     def farthest(self, window: float) -> FloatArray:
         """Return how far points may slide in the window, (q,) [m]: not far from their places, nor from their strength.
 
@@ -182,17 +190,3 @@ class JointWindow:
             stored = carried[springs].astype(np.float64) ** 2 / before[springs]
             slip[springs] += (stored - after.shear[springs] ** 2 / after.springs.stiffness[springs]) / 2
         return slip, float(damped.sum())
-
-
-def joint_energy(points: JointPoints, history: JointHistory, state: JointState) -> float:
-    """Return the energy in the springs of closed points [N]."""
-    closed, pressure = state.closed, np.where(state.closed, state.pressure, 0.0)
-    normal = pressure**2 / (2 * points.normal_stiffness)
-    rows = np.flatnonzero(np.isfinite(points.closure_limit) & ~history.parted)
-    if rows.size:
-        given = points.normal_stiffness[rows], points.closure_limit[rows], np.zeros(len(rows))
-        normal[rows] = closure.energy_at(pressure[rows], *given)
-    shear = np.where(closed, state.shear, 0.0)
-    stiffness = state.springs.stiffness
-    along = np.divide(shear**2, 2 * stiffness, out=np.zeros_like(shear), where=stiffness > 0)
-    return float(normal.sum() + along.sum())

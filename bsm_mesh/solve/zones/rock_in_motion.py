@@ -52,8 +52,10 @@ class MovingRock:
         Which nodes supports do not hold in all directions.
     own, supports : (f,) uint32, tuple of arrays
         Nodes without a support, and those with one, as `advance_zones` takes them.
-    block : (k,) int
-        A block of every node.
+    block : (t,) int
+        Block of every cell.
+    in_joints : (N,) float64 [N/m]
+        Forces of the water in joints, which small displacements do not turn.
     cells : tuple of arrays
         The cells, as `advance_zones` takes them.
     """
@@ -71,13 +73,15 @@ class MovingRock:
         self._node_of = np.zeros(basis.N, dtype=np.int64)
         self._node_of[self.nodes] = np.arange(len(self.nodes))[:, None]
         corner = self._node_of[basis.element_dofs[::2]]
-        self.block = np.zeros(len(self.nodes), dtype=np.int64)
-        self.block[corner] = block
+        self.block, self.in_joints = block, np.zeros(basis.N)
+        if equations.large is None and equations.joints is not None and equations.history is not None:
+            water = equations.history.water * equations.history.present
+            self.in_joints = equations.joints.opening_rows.T @ water
         self._dofs = basis.element_dofs
         rock = LargeRock.of(basis, stiffness, on, None) if equations.large is None else equations.large.rock
         initial = np.zeros((*rock.weight.shape, 3)) if rock.initial is None else rock.initial
         parts = corner.T.astype(np.uint32), rock.gradient, rock.weight, rock.stiffness, initial
-        self.cells = *(np.ascontiguousarray(part) for part in parts), equations.large is not None
+        self.cells: tuple[Any, ...] = *(np.ascontiguousarray(part) for part in parts), equations.large is not None
         self._rows: tuple[JointPoints | None, Any] = (None, None)
         self._set_supports(equations.free.supports)
 

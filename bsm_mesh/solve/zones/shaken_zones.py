@@ -19,7 +19,7 @@ from bsm_mesh.solve.motion.following import FREE
 from bsm_mesh.solve.motion.shaken_kernels import ACCELERATION, BASE, BOLTS, DRAG, SPEED
 from bsm_mesh.solve.motion.shaking_memory import SUMS, ShakingMemory
 from bsm_mesh.solve.zones.equilibrium import Equations
-from bsm_mesh.solve.zones.joint_columns import JointWindow, joint_energy
+from bsm_mesh.solve.zones.joint_columns import JointWindow
 from bsm_mesh.solve.zones.moved_supports import slid_on
 from bsm_mesh.solve.zones.quiet_nodes import QuietNodes
 from bsm_mesh.solve.zones.rock_in_motion import MovingRock
@@ -184,7 +184,7 @@ class ShakenZones:
             return
         u = self.at.u.copy()
         u[rock.nodes] = moved[went % 2, :, :2]
-        loads = float(rock.outer @ (u - self.at.u))
+        loads = float((rock.outer + rock.in_joints) @ (u - self.at.u))
         self._keep_time(until, went, velocity, work, step)
         slip, damped = self._keep(u, laws)
         halves = begun - self._halves(velocity)
@@ -230,7 +230,7 @@ class ShakenZones:
         """Keep time, velocities and peaks at the end of a window."""
         memory, peaks = self.memory, np.zeros((len(self._present), 2))
         of_nodes = np.sqrt(work[:, [SPEED, ACCELERATION]]) / step ** np.array([1, 2])
-        np.maximum.at(peaks, self._rock.block, of_nodes)
+        np.maximum.at(peaks, self._rock.block, of_nodes[self._rock.cells[0]].max(axis=1))
         time = memory.time + went * step
         self.memory = replace(
             memory,
@@ -310,6 +310,4 @@ class ShakenZones:
         equations = self.equations
         energy = self._rock.strain_energy(equations, self.at.u)
         energy += float((self._rock.outer - equations.load) @ (self.at.u - self._start))
-        if equations.joints is not None and equations.history is not None and self.at.state is not None:
-            energy += joint_energy(equations.joints, equations.history, self.at.state)
-        return energy
+        return energy if self._window is None else energy + self._window.energy

@@ -68,8 +68,7 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
         slipped = motion.memory.sums[SLIP]
         _go_on(motion)
         still = still + 1 if motion.memory.sums[SLIP] == slipped else 0
-        if still == PARTS:
-            motion.damping = DAMPED.damping
+        motion.damping = (DAMPED if still >= PARTS else FREE).damping
         gone = (distances(movement(of, motion.at.u) - start) > RUNAWAY * size) & present
     beyond, is_calm, motion.memory = motion.memory.time - end.time, motion.kinetic <= least, end
     if is_calm:
