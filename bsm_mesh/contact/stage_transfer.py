@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.contact_set import gather_contacts
+from bsm_mesh.contact.fitted_fill import are_supported, fitted_fill
 from bsm_mesh.contact.forces import ContactSet, Evaluation, evaluate
 from bsm_mesh.contact.history import History
 from bsm_mesh.contact.in_situ import beyond_strength
@@ -44,16 +45,20 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
 
 def with_filled_blocks(
     history: History, model: Model, comes: BoolArray, there: BoolArray, moved: FloatArray
-) -> History:
-    """Return a history with the contacts of filled blocks (n,) to those present (n,) added, without force.
+) -> tuple[History, FloatArray]:
+    """Return a history with the contacts of filled blocks (n,) to those present (n,), and the movements (n, 3).
 
-    They are closed as in the given geometry, whatever the others moved by since. As all contacts that arise later
-    they have no cohesion and no tensile strength; only faces of unlimited strength keep it.
+    Filled blocks fit the present position of their neighbours; supported ones are where they were given. Their
+    contacts are closed without force, whatever gap is left. As all contacts that arise later they have no cohesion
+    and no tensile strength; only faces of unlimited strength keep it.
     """
-    _, catalogue, _, found = _as_given(model)
+    outlines, catalogue, position, found = _as_given(model)
     c = found.candidates
     new = (comes[c.block_a] & there[c.block_b]) | (comes[c.block_b] & there[c.block_a])
     chosen = np.flatnonzero(found.within_tolerance & new)
+    sides = c.block_a[chosen], c.block_b[chosen]
+    point = outlines.centroid[sides[0]] + found.frames(position)[1][chosen]
+    moved = fitted_fill(moved, comes & ~are_supported(model), sides, point, c.length[chosen], outlines.centroid)
     at = evaluate(found, catalogue.laws, moved)
     nothing = np.zeros(found.count)
     parts = (
@@ -72,7 +77,7 @@ def with_filled_blocks(
     concatenate = History(
         active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in _VARIABLES}
     )
-    return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key)
+    return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key), moved
 
 
 def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, ContactSet]:

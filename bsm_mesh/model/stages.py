@@ -37,8 +37,8 @@ class Stage:
     name : str
         For results and pictures; ``initial`` is the state before the first stage.
     excavate, fill : sequence of str, int or polygon
-        Blocks to excavate, and excavated blocks to put back in their initial position. Names of excavation groups,
-        block numbers, or polygons [m] around centroids.
+        Blocks to excavate, and excavated blocks to put back without stress, fitted to the present position of their
+        neighbours. Names of excavation groups, block numbers, or polygons [m] around centroids.
     relaxation : sequence of float
         Parts of the former forces on new surfaces that are released, one after the other, each up to equilibrium;
         rising. The rest after the last is held until a later stage releases it: one without `relaxation` releases all.

@@ -73,7 +73,8 @@ def stages_that_count(results: Results) -> list[int]:
 
     During it displacements are those since the blocks were given, and would be compared with the others as a jump.
     """
-    first = 1 if any(stage.origin.any() for stage in results.stages) else 0
+    # fill has an origin too, from the third stage on
+    first = 1 if any(stage.origin.any() for stage in results.stages[:2]) else 0
     return list(range(first, len(results.stages)))
 
 

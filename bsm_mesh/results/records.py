@@ -225,7 +225,8 @@ class StageResult(Portable):
         u, v and theta of every block. The first counts from the ground's in-situ state if it is given, else from the
         start; the second from the stage's start. Those of a filled block count from its placement.
     origin : (n, 3) float64 [m, m, rad]
-        Where `displacement` counts from, less the given position: the displacement by the in-situ state.
+        Position from which `displacement` counts, less the given one: the displacement by the in-situ state; of filled
+        blocks that by which they were placed.
     stress, stress_effective : (n, 2, 2) float64 [Pa]
         Average stress of every block (Wang Eq. 3.45), tension positive: the total, and that less the water's.
     loads, reactions : (n, 3) float64 [N/m, N/m, N]

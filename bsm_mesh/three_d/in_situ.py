@@ -30,20 +30,8 @@ def in_situ_history(model: Model) -> tuple[PointHistory, tuple[str, ...]]:
     pressure = np.einsum("ij,ij->i", force, normal)
     shear = force - pressure[:, None] * normal
     _, place, *_ = found.frames(system.start)
-    history = PointHistory(
-        key=found.key,
-        block_a=found.candidates.block_a,
-        block_b=found.candidates.block_b,
-        closed=np.ones(found.count, dtype=bool),
-        shear=shear,
-        place=place,
-        first_place=place,
-        offset=found.gaps(place) + found.features.closure.overlaps(pressure, found.normal_stiffness),
-        failed=found.failed,
-        mated=found.mated,
-        slip_path=found.slip_path,
-        renewed=found.renewed,
-    )
+    offset = found.gaps(place) + found.features.closure.overlaps(pressure, found.normal_stiffness)
+    history = found.closed_history(place, shear, offset)
     size = np.linalg.norm(shear, axis=1)
     under_stress = replace(found, offset=history.offset, old_shear=shear)
     at = system.evaluate_contacts(under_stress, system.catalogue.laws, system.start)

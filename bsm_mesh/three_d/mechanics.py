@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.contact.fitted_fill import are_supported, fitted_fill
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.results.bolts import BoltForces
@@ -56,9 +59,20 @@ class Space:
 
     def with_filled_blocks(
         self, history: PointHistory, model: Model, comes: BoolArray, present: BoolArray, moved: FloatArray
-    ) -> PointHistory:
-        """Return the history: points of placed blocks (n,) are none of it, and come in as they touch."""
-        return history
+    ) -> tuple[PointHistory, FloatArray]:
+        """Return the history with points of filled blocks (n,), without force, and movements with theirs."""
+        system = BlockSystem(model)
+        found = system.gather(PointHistory.none(), system.start, first=True)
+        c = found.candidates
+        new = (comes[c.block_a] & present[c.block_b]) | (comes[c.block_b] & present[c.block_a])
+        found = found.some(np.flatnonzero(found.within_tolerance & new), np.arange(len(moved), dtype=np.int32))
+        c = found.candidates
+        point = system.centroid[c.block_a] + found.geometry[:, :3]
+        fill = comes & ~are_supported(model)
+        moved = fitted_fill(moved, fill, (c.block_a, c.block_b), point, c.length, system.centroid)
+        _, place, *_ = found.frames(moved)
+        found = replace(found, failed=np.isfinite(found.tension))
+        return history.with_more(found.closed_history(place, np.zeros_like(place), found.gaps(place))), moved
 
     def outcome(
         self, system: System, motion: Motion, origin: FloatArray, bars_before: FloatArray, bolts: BoltForces

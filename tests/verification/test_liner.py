@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -100,6 +101,44 @@ def test_the_envelope_is_where_the_stress_of_a_side_reaches_a_strength():
                 shear=one.shear, moment=moment * at,
             )  # fmt: skip
             assert_allclose(section.utilisation(25e6, 2e6), 1.0, rtol=1e-9)
+
+
+def test_a_liner_after_closure_takes_no_load_until_the_next_change():
+    """Rings N = p R, u = N R / (E t): the liner's share of a later pressure; rock has closed by 10 mm before."""
+    blocks, young, thick, middle = 32, (20e9, 10e9), (0.2, 0.8), (3.1, 3.6)
+    outside, bond, later = 4.0, 1e12, 5e6
+    turn = 2 * np.pi * (np.arange(blocks + 1) - 0.5) / blocks
+    circles = [r * np.stack([np.cos(turn), np.sin(turn)], axis=1) for r in (3.0, 3.2, outside)]
+    polygons = [[i[k], o[k], o[k + 1], i[k + 1]] for i, o in pairwise(circles) for k in range(blocks)]
+    made = bsm.Blocks.from_polygons(polygons, rock=["shotcrete"] * blocks + ["rock"] * blocks)
+    made = made.with_boundary("outside", lambda x, y: np.hypot(x, y) > 3.9)
+    made = made.with_joint("bond", lambda x, y: np.abs(np.hypot(x, y) - 3.2) < 0.1)
+    alike = {"unit_weight": 0.0, "poisson": NU, "stiffness": "homogeneous"}
+    model = bsm.Model(
+        blocks=made,
+        rocks=[bsm.Rock(name, young=e, **alike) for name, e in zip(("shotcrete", "rock"), young, strict=True)],
+        joints=[bsm.Joint("bond", normal_stiffness=bond, shear_stiffness=bond, law=bsm.MohrCoulomb(friction=30))],
+        supports=[
+            bsm.Roller(blocks=[blocks, blocks + blocks // 2], direction=90),
+            bsm.Roller(blocks=[blocks + blocks // 4, blocks + 3 * blocks // 4], direction=0),
+        ],
+        loads=[bsm.Pressure(boundary="outside", pressure=6e6)],
+        contact_points="gauss",
+        stages=[
+            bsm.Stage(name="dug", excavate=list(range(blocks))),
+            bsm.Stage(name="lined", fill=list(range(blocks))),
+            bsm.Stage(name="later", loads=[bsm.Pressure(boundary="outside", pressure=later)]),
+        ],
+    )
+    results = bsm.run(model)
+    assert [stage.status for stage in results.stages] == ["stable"] * 4
+    assert results.check().ok
+    lined, after = (bsm.liner_forces(results, "shotcrete", stage).thrust for stage in results.stages[2:])
+    give_liner, give_rock = (r / (e / (1 - NU**2) * t) for r, e, t in zip(middle, young, thick, strict=True))
+    give_bond = 1 / bond + sum(t / 2 / (e / (1 - NU**2)) for t, e in zip(thick, young, strict=True))
+    share = give_rock / (give_rock + give_liner + give_bond / 3.2)
+    assert np.abs(lined).max() < 1e-6 * later * outside
+    assert_allclose(after, share * later * outside, rtol=PART)
 
 
 def test_faults():

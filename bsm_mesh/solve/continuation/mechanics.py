@@ -41,8 +41,8 @@ class Mechanics(Protocol):
 
     def with_filled_blocks(
         self, history: History, model: Model, comes: BoolArray, present: BoolArray, moved: FloatArray
-    ) -> History:
-        """Return the history with contacts of placed blocks (n,), which carry no force."""
+    ) -> tuple[History, FloatArray]:
+        """Return the history with contacts of filled blocks (n,), without force, and movements with theirs."""
 
     def outcome(
         self, system: System, motion: Motion, origin: FloatArray, bars_before: FloatArray, bolts: BoltForces

@@ -58,8 +58,8 @@ class Plane:
 
     def with_filled_blocks(
         self, history: History, model: Model, comes: BoolArray, present: BoolArray, moved: FloatArray
-    ) -> History:
-        """Return the history with contacts of placed blocks (n,), which carry no force."""
+    ) -> tuple[History, FloatArray]:
+        """Return the history with contacts of filled blocks (n,), without force, and movements with theirs."""
         return with_filled_blocks(history, model, comes, present, moved)
 
     def outcome(

@@ -106,13 +106,13 @@ class ContinuationScheme:
         return bars
 
     def remove_and_place_blocks(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Remove contacts and cut bolts of blocks that do not stay; placed ones have contacts without force."""
+        """Remove contacts and bolts of blocks that do not stay; filled ones fit their neighbours, without force."""
         self.history = self._mechanics.between(self.history, stays)
         self.bolts = self.bolts.without(~stays)
         self.moved[~stays] = 0.0
         if comes.any():
             given = self.history, self.model, comes, stays | comes, self.moved
-            self.history = self._mechanics.with_filled_blocks(*given)
+            self.history, self.moved = self._mechanics.with_filled_blocks(*given)
 
     def install(self, number: int) -> None:
         """Install the bolts of a stage as the blocks are; their movement in the stage counts from there."""

@@ -121,6 +121,6 @@ def _begin(
         state.forces.append(pressure_on_new_faces(model.blocks, stays, leaves, stage.pressure))
     state.forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
     state.water = state.water if stage.water is None else stage.water
-    state.origin[~stays] = 0.0
+    state.origin[~stays] = scheme.moved[~stays]
     state.bar_forces[~stays[state.bars.block]] = 0.0
     state.present = now

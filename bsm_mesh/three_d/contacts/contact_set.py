@@ -95,6 +95,33 @@ class ContactSet:
         tangential: FloatArray = vector - np.einsum("ij,ij->i", vector, normal)[:, None] * normal
         return tangential
 
+    def closed_history(self, place: FloatArray, shear: FloatArray, offset: FloatArray) -> PointHistory:
+        """Return the history of all contacts, closed at movements against the faces (m, 3) [m].
+
+        Parameters
+        ----------
+        place : (m, 3) float64 [m]
+            Movements against the faces.
+        shear : (m, 3) float64 [N]
+            Shear force on block a.
+        offset : (m,) float64 [m]
+            Gap at zero pressure.
+        """
+        return PointHistory(
+            key=self.key,
+            block_a=self.candidates.block_a,
+            block_b=self.candidates.block_b,
+            closed=np.ones(self.count, dtype=bool),
+            shear=shear,
+            place=place,
+            first_place=place,
+            offset=offset,
+            failed=self.failed,
+            mated=self.mated,
+            slip_path=self.slip_path,
+            renewed=self.renewed,
+        )
+
     def some(self, rows: IntArray, block: IntArray) -> ContactSet:
         """Return some of the contacts, their blocks renumbered (n,)."""
         number = np.full(self.count, -1, np.int32)
