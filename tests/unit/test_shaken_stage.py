@@ -173,7 +173,8 @@ def test_a_record_of_nothing_is_not_survived():
 def test_energies_that_do_not_balance_are_no_answer():
     stage = bsm.run(wall(replace(HARD, max_imbalance=1e-9))).stages[-1]
     assert stage.status == "not_converged"
-    assert "energy balance of the shaking is missed by" in stage.reason
+    assert "energy balance of the shaking has an error of" in stage.reason
+    assert "give shaking a smaller time_step (now" in stage.reason
 
 
 def test_masses_are_raised_where_it_is_asked_for_and_told():

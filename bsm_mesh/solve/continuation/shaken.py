@@ -18,7 +18,6 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.shaking import Integrator, Shaking
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.results.records import Status, StepRecord
-from bsm_mesh.results.shaking import imbalance_of
 from bsm_mesh.solve.continuation.implicit_motion import ImplicitMotion
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.pace import Pace
@@ -29,6 +28,7 @@ from bsm_mesh.solve.motion.following import SETTINGS as FOLLOWING
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.quiet_ends import QuietEnds
 from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
+from bsm_mesh.solve.motion.shaking_faults import imbalance
 from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
 from bsm_mesh.solve.motion.wave_speeds import stiffness_of_blocks
 from bsm_mesh.solve.step.block_system import BlockSystem
@@ -189,7 +189,7 @@ class ShakenContinuation(Continuation):
         velocity = motion.settled_velocity / np.sqrt(GRAVITY)
         # What is without contact may land again: only a block that has flown its own size has fallen.
         collapse = self.collapse.check(contacts, motion.contacted, position, np.zeros_like(velocity), flight=1.0)
-        if (is_over or collapse is not None) and (fault := self._imbalance()):
+        if (is_over or collapse is not None) and (fault := imbalance(self.shaken, self._shaking)):
             return self._end(Status.NOT_CONVERGED, fault, contacts, position)
         if collapse is not None:
             self.shaken = replace(self.shaken, stored=motion.stored)
@@ -199,19 +199,3 @@ class ShakenContinuation(Continuation):
             self._acceptance.pace = Pace(moving_steps=FOLLOWING.beginning_steps)
         self.state = self._state_after(0, position, history, velocity=velocity if is_over else None)
         return None
-
-    def _imbalance(self) -> str:
-        """Return why the energies are no answer; nothing where they balance."""
-        assert self.shaken is not None
-        missed, most = imbalance_of(self.shaken.records[:, 2:]), self._shaking.max_imbalance
-        if missed <= most:
-            return ""
-        cure = f"give shaking a smaller time_step (now {self._shaking.time_step:g})"
-        if self._shaking.integrator == "implicit":
-            cure += ", contact_damping, or integrator = 'explicit'"
-        else:
-            cure += f" or mass_scaling (now {self._shaking.mass_scaling:g})"
-        return (
-            f"the energy balance of the shaking is missed by {100 * missed:.2g} % of the greatest energy (asked: "
-            f"{100 * most:g} %): {cure}"
-        )

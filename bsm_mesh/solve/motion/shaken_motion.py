@@ -22,6 +22,7 @@ from bsm_mesh.solve.motion.following import FREE
 from bsm_mesh.solve.motion.masses import projectors
 from bsm_mesh.solve.motion.real_masses import RealMasses
 from bsm_mesh.solve.motion.shaken_kernels import ACCELERATION, BASE, BOLTS, DRAG, SPEED
+from bsm_mesh.solve.motion.shaking_faults import divergence
 from bsm_mesh.solve.motion.shaking_memory import SUMS, ShakingMemory
 from bsm_mesh.solve.motion.threads import Share
 from bsm_mesh.solve.motion.window_columns import Columns
@@ -73,7 +74,7 @@ class ShakenMotion(ExplicitMotion):
     def go_on(self, until: float) -> None:
         """Go on until a time [s], or until blocks have passed each other so far that contacts are to be searched for.
 
-        It ends as well where blocks are nowhere any more (`diverged`).
+        It ends as well where the position is not finite (`diverged`).
         """
         self._until = until
         while self.memory.time < until and not self.diverged and self.passed <= self.system.d:
@@ -81,8 +82,8 @@ class ShakenMotion(ExplicitMotion):
 
     @property
     def fault(self) -> str:
-        """Why it diverged, in words."""
-        return f"blocks are nowhere any more after {self.memory.time:.4g} s of shaking; reduce time_step"
+        """Reason where it diverged, in words."""
+        return divergence(self.memory, self._shaking)
 
     @property
     def stable(self) -> float:

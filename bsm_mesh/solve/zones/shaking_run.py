@@ -11,8 +11,8 @@ from bsm_mesh.arrays import BoolArray, IntArray
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
 from bsm_mesh.results.records import StepRecord
-from bsm_mesh.results.shaking import imbalance_of
 from bsm_mesh.solve.motion.following import DAMPED, FREE
+from bsm_mesh.solve.motion.shaking_faults import divergence, imbalance
 from bsm_mesh.solve.motion.shaking_memory import SUMS
 from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
 from bsm_mesh.solve.zones.stage_solution import RUNAWAY, StageEnd, movement
@@ -38,21 +38,15 @@ def unwatched(motion: ShakenZones, *, now: Callable[[], StageEnd]) -> None:
 
 
 def shaken_through(motion: ShakenZones, shaking: Shaking, watch: Callable[[ShakenZones], None]) -> str:
-    """Shake zones to the end of the record, and return why that is no answer; empty if it is one."""
+    """Shake zones to the end of the record, and return the reason for no answer; empty if there is one."""
     count = round(shaking.length / shaking.interval)
     for number in range(1, count + 1):
         motion.go_on(shaking.length if number == count else number * shaking.interval)
         if motion.diverged:
-            return f"zones are nowhere any more after {motion.memory.time:.4g} s of shaking; reduce time_step"
+            return divergence(motion.memory, shaking)
         motion.keep_record()
         watch(motion)
-    missed = imbalance_of(motion.memory.records[:, 2:])
-    if missed <= shaking.max_imbalance:
-        return ""
-    return (
-        f"the energy balance of the shaking is missed by {100 * missed:.2g} % of the greatest energy (asked: "
-        f"{100 * shaking.max_imbalance:g} %): give shaking a smaller time_step (now {shaking.time_step:g})"
-    )
+    return imbalance(motion.memory, shaking)
 
 
 def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tuple[str, IntArray | None]:
