@@ -65,7 +65,8 @@ class NearbyEquilibrium:
         step = step.allowing_settlement(position)
         wanted = max(FEW_CHANGE, inner)
         for update in range(NEWTON.max_updates + 1):
-            rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0
+            # Where the rms residual is low already, an end by it would leave blocks and contacts as they are.
+            rms = FEW_CHANGE if wanted >= FEW_CHANGE and step.residual_at(position).rms >= FEW_CHANGE else 0.0
             attempt = newton(
                 step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized, sweeps=sweeps
             )
