@@ -28,9 +28,9 @@ class ShakingResult(Portable):
         or of waves; `loads` that of weights, loads and water, less the energy of removed blocks. Movement, springs,
         bolts, slip, dashpots, mass damping and quiet boundaries take it; the rest is `error`.
     peak_velocity : (n,) float64 [m/s]
-        Greatest speed of every block relative to the base.
+        Greatest speed of every block relative to the base; with zones of any of its nodes.
     peak_acceleration : (n,) float64 [m/s2]
-        Greatest acceleration of every block, that of the base included.
+        Greatest acceleration of every block's centroid, that of the base included.
     slip_energy : (j + 1,) float64 [N]
         What slip took in every joint of ``Results.joint_names``, and in unjointed rock.
     end_velocity : float [m/s]

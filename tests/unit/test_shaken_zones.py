@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
+from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.results.shaking import ENERGIES
 from tests.scenes.quiet import velocities
 from tests.scenes.shaken import LAWS, quake
@@ -176,6 +177,26 @@ def test_every_block_has_its_peak_velocity():
     rows = bsm.run(model).stages[-1].shaking.peak_velocity.reshape(3, 4)
     assert (rows.min(axis=1) > 0.95 * rows.max(axis=1)).all()  # but for the triangles at both sides
     assert (np.diff(rows[:, 0]) > 0).all()
+
+
+def test_the_peak_acceleration_is_that_of_a_rigid_block():
+    """A block on springs, on a base that shakes up and down: stiff zones follow the rigid block."""
+    hit = shaking(direction=90.0, frequency=5, cycles=1)
+    polygons = [rectangle(-1, -1, 2, 0), rectangle(0, 0, 1, 1)]
+    joint = bsm.Joint("J", 1e7, 1e7, law=FRICTION)
+    model = shaken_zones(polygons, hit, joint=joint, zones=bsm.Zones(size=1.0, order=1), young=1e9)
+    rigid = model.replace(rocks=[bsm.Rock("rock", unit_weight=WEIGHT, young=1e9, poisson=0.2)])
+    found, expected = (bsm.run(each).stages[-1].shaking.peak_acceleration[1] for each in (model, rigid))
+    assert expected > 1.5 * BaseMotion(hit).peaks[0]
+    assert_allclose(found, expected, rtol=2e-3)
+
+
+@pytest.mark.heavy
+def test_the_peak_acceleration_of_a_block_that_slides_is_that_of_friction():
+    """Friction of .2 gives a block no more than .2 g; its nodes have more."""
+    model, _ = newmarks_block(zones=bsm.Zones(size=1.0, order=1, displacement="large"), how={"contact_damping": 0.2})
+    found = bsm.run(model).stages[-1].shaking
+    assert_allclose(found.peak_acceleration[1], 0.2 * GRAVITY, rtol=0.02)
 
 
 @pytest.mark.parametrize("zones", [SMALL, LARGE])

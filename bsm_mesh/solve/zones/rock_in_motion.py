@@ -18,7 +18,7 @@ from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.supports import HeldDisplacements, nodal_unknowns
 from bsm_mesh.solve.zones.tangents import PointStiffness
-from bsm_mesh.solve.zones.zone_masses import nodal_masses
+from bsm_mesh.solve.zones.zone_masses import cell_masses
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
@@ -54,6 +54,8 @@ class MovingRock:
         Nodes without a support, and those with one, as `advance_zones` takes them.
     block : (t,) int
         Block of every cell.
+    parts : sparse (n, k)
+        Parts of the mass of every block at nodes.
     in_joints : (N,) float64 [N/m]
         Forces of the water in joints, which small displacements do not turn.
     cells : tuple of arrays
@@ -67,12 +69,14 @@ class MovingRock:
         on = present[block]
         self.outer = outer
         self.nodes = nodal_unknowns(basis)
-        self.mass = nodal_masses(of.model, basis, block, on)
-        self.of_unknowns = np.zeros(basis.N)
-        self.of_unknowns[self.nodes] = self.mass[:, None]
         self._node_of = np.zeros(basis.N, dtype=np.int64)
         self._node_of[self.nodes] = np.arange(len(self.nodes))[:, None]
         corner = self._node_of[basis.element_dofs[::2]]
+        masses = cell_masses(of.model, basis, block, on)
+        self.mass = np.bincount(corner.ravel(), masses.ravel(), len(self.nodes)).astype(np.float64)
+        self.of_unknowns = np.zeros(basis.N)
+        self.of_unknowns[self.nodes] = self.mass[:, None]
+        self.parts = _mass_parts(masses[:, on], block[on], corner[:, on], (len(present), len(self.nodes)))
         self.block, self.in_joints = block, np.zeros(basis.N)
         if equations.large is None and equations.joints is not None and equations.history is not None:
             water = equations.history.water * equations.history.present
@@ -181,6 +185,14 @@ class MovingRock:
         """Laws of no joint."""
         names = {"contacts": CONTACT, "strengths": STRENGTH, "closures": CLOSURE, "slips": SLIP}
         return {name: np.zeros(0, kind) for name, kind in (names | {"growths": GROWTH, "works": WORK}).items()}
+
+
+def _mass_parts(masses: FloatArray, block: IntArray, corner: IntArray, shape: tuple[int, int]) -> Any:
+    """Return the parts of blocks' masses at their nodes, sparse (n, k), from masses of cells (w, t)."""
+    columns = masses.ravel(), (np.tile(block, len(masses)), corner.ravel())
+    whole = sp.csr_matrix(columns, shape=shape)
+    whole.data /= np.repeat(np.asarray(whole.sum(axis=1)).ravel(), np.diff(whole.indptr))
+    return whole
 
 
 def _dense(joints: JointPoints, node_of: IntArray, nodes: IntArray) -> tuple[IntArray, FloatArray]:

@@ -16,7 +16,7 @@ from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray
 from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.following import FREE
-from bsm_mesh.solve.motion.shaken_kernels import ACCELERATION, BASE, BOLTS, DRAG, SPEED
+from bsm_mesh.solve.motion.shaken_kernels import BASE, BOLTS, DRAG, SPEED
 from bsm_mesh.solve.motion.shaking_memory import SUMS, ShakingMemory
 from bsm_mesh.solve.zones.equilibrium import Equations
 from bsm_mesh.solve.zones.joint_columns import JointWindow
@@ -98,6 +98,7 @@ class ShakenZones:
         self._rock, self._shaking, self._base, self._quiet = rock, shaking, BaseMotion(shaking), quiet
         self.diverged, self.is_over, self.damping = False, False, 0.0
         self._start = u
+        self._along = np.asarray(self._base.axis, dtype=np.float64) * (shaking.boundary is None)
         self._axis = np.append(self._base.axis, 0.0) * (rock.mass > 0)[:, None] * (shaking.boundary is None)
         mass = np.where(rock.mass > 0, rock.mass, 1.0)[:, None]
         self._drag = shaking.drag + quiet.dashpots / mass  # 1/s
@@ -152,14 +153,14 @@ class ShakenZones:
 
     def _advance(self, until: float) -> None:
         """Go through a window, and keep the energies of its parts."""
-        cycles, rock = self._cycles(until), self._rock
+        cycles, rock, parts = self._cycles(until), self._rock, self._rock.parts
         begun = self._halves(cycles.velocity)
         velocity, step = cycles.velocity.copy(), cycles.step
         mass = rock.mass[:, None] / step**2
         inverse = np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
         moved, room = np.zeros((2, *velocity.shape)), np.zeros((2, *velocity.shape))
         moved[0, :, :2] = self.at.u[rock.nodes]
-        work, pushed = np.zeros((len(mass), 5)), np.zeros(1)
+        work, pushed, greatest = np.zeros((len(mass), 5)), np.zeros(1), np.zeros(len(self._present))
         points, laws, farthest = self._points(velocity, step)
         went = advance_zones(
             cycles.most,
@@ -178,6 +179,7 @@ class ShakenZones:
             room,
             (self._drag * step, work),
             (self._quiet.push, cycles.wave, pushed),
+            (parts.indptr, parts.indices, parts.data, self._along, parts @ velocity[:, :2], greatest),
         )
         self.diverged = not np.isfinite(moved[went % 2]).all()
         if self.diverged:
@@ -185,7 +187,8 @@ class ShakenZones:
         u = self.at.u.copy()
         u[rock.nodes] = moved[went % 2, :, :2]
         loads = float((rock.outer + rock.in_joints) @ (u - self.at.u))
-        self._keep_time(until, went, velocity, work, step)
+        self._keep_time(until, went, velocity, step)
+        self._keep_peaks(work[:, SPEED], greatest)
         slip, damped = self._keep(u, laws)
         halves = begun - self._halves(velocity)
         drag = self._drag_work(work)
@@ -226,18 +229,23 @@ class ShakenZones:
         times = self.memory.time + step * np.arange(count, dtype=np.float64)
         return self._base.acceleration_at(times, step)
 
-    def _keep_time(self, until: float, went: int, velocity: FloatArray, work: FloatArray, step: float) -> None:
-        """Keep time, velocities and peaks at the end of a window."""
+    def _keep_peaks(self, speed: FloatArray, acceleration: FloatArray) -> None:
+        """Keep the peaks of a window from squares, in cycles: speeds of nodes (k,), accelerations of blocks (n,)."""
         memory, peaks = self.memory, np.zeros((len(self._present), 2))
-        of_nodes = np.sqrt(work[:, [SPEED, ACCELERATION]]) / step ** np.array([1, 2])
-        np.maximum.at(peaks, self._rock.block, of_nodes[self._rock.cells[0]].max(axis=1))
+        of_nodes = np.sqrt(speed) / memory.time_step
+        np.maximum.at(peaks[:, 0], self._rock.block, of_nodes[self._rock.cells[0]].max(axis=1))
+        peaks[:, 1] = np.sqrt(acceleration) / memory.time_step**2
+        self.memory = replace(memory, peaks=np.maximum(memory.peaks, peaks))
+
+    def _keep_time(self, until: float, went: int, velocity: FloatArray, step: float) -> None:
+        """Keep time and velocities at the end of a window."""
+        memory = self.memory
         time = memory.time + went * step
         self.memory = replace(
             memory,
             time=until if until - time < step / 2 else time,
             time_step=step,
             velocity=velocity / step,
-            peaks=np.maximum(memory.peaks, peaks),
             least_step=min(memory.least_step, step),
             cycles=memory.cycles + went,
             windows=memory.windows + 1,

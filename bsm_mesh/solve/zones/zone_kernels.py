@@ -30,6 +30,11 @@ of the window (q, 2), slip up to the place (q,) behind them in a third column; w
 Laws = tuple[ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray]
 """Contacts, strengths, closures, slips, growths and works, as `respond` takes them."""
 
+Means = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""Nodes of blocks in rows (n + 1,), (z,), and their part of the block's mass (z,); direction of the base's acceleration
+(2,), 0 where none acts; mean velocity (n, 2) [m] and the square of the greatest mean acceleration (n,) [m2], which
+change in place."""
+
 Spread = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]
 """Stiffness of bolts on components of nodes, in rows (2 k + 1,), (z,), (z,); their forces (k, 3) at the begin, and
 where nodes were then (k, 3)."""
@@ -53,6 +58,7 @@ def advance_zones(
     room: FloatArray,
     shaken: tuple[FloatArray, FloatArray],
     wave: tuple[FloatArray, FloatArray, FloatArray],
+    means: Means,
 ) -> int:  # pragma: no cover - compiled
     """Go through cycles of unit time, and return how many: fewer where a point has slid far, or broken.
 
@@ -62,7 +68,7 @@ def advance_zones(
         How many; by how much points of joints may slide; nodes without a support.
     supports : rows, nodes (l,), projectors (l, 3, 3), prescribed (k, 3)
         As `move_shaken` takes them.
-    rock, points, laws, bolts : tuples of arrays
+    rock, points, laws, bolts, means : tuples of arrays
         See above; laws as of contacts. They carry on their state.
     loads : acting (k, 3), pushed (k, 3), size (cycles,)
         Constant forces; less the others times their size in a cycle.
@@ -89,6 +95,7 @@ def advance_zones(
         wave[2][0] += half * _power(half, wave[0], velocity)
         move_shaken(own, supports, inverse_mass, base, shaken, None, cycle, room, velocity, here, there)
         wave[2][0] += half * _power(half, wave[0], velocity)
+        _keep_means(means, velocity, loads[2][cycle])
         if ends or _is_nowhere(cycle, there):
             went = cycle + 1
             break
@@ -255,6 +262,21 @@ def _damp(damping: float, velocity: FloatArray, forces: FloatArray) -> None:  # 
         for axis in range(2):
             force = forces[i, axis]
             forces[i, axis] -= damping * force if force * velocity[i, axis] > 0.0 else -damping * force
+
+
+@njit(nogil=True)
+def _keep_means(means: Means, velocity: FloatArray, base: float) -> None:  # pragma: no cover - compiled
+    """Set mean velocities of blocks (n, 2), and keep their greatest change, with that of the base."""
+    first, nodes, parts, along, mean, greatest = means
+    for block in range(first.size - 1):
+        x, y = 0.0, 0.0
+        for z in range(first[block], first[block + 1]):
+            x += parts[z] * velocity[nodes[z], 0]
+            y += parts[z] * velocity[nodes[z], 1]
+        if first[block + 1] > first[block]:
+            dx, dy = x - mean[block, 0] + base * along[0], y - mean[block, 1] + base * along[1]
+            greatest[block] = max(greatest[block], dx * dx + dy * dy)
+        mean[block, 0], mean[block, 1] = x, y
 
 
 @njit(nogil=True)

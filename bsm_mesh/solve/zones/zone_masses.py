@@ -11,11 +11,10 @@ from scipy.sparse.linalg import eigsh
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.model import Model
-from bsm_mesh.solve.zones.supports import nodal_unknowns
 
 
-def nodal_masses(model: Model, basis: Any, block: IntArray, on: BoolArray) -> FloatArray:
-    """Return the masses at the nodes, (k,) [kg/m]: those of every cell, in the ratio of its consistent ones.
+def cell_masses(model: Model, basis: Any, block: IntArray, on: BoolArray) -> FloatArray:
+    """Return the masses of cells at their nodes, (w, t) [kg/m]: in the ratio of the consistent ones.
 
     Hinton, Rock & Zienkiewicz (1976): so they are positive in cells of second order too.
 
@@ -30,10 +29,8 @@ def nodal_masses(model: Model, basis: Any, block: IntArray, on: BoolArray) -> Fl
     """
     density = model.weights[block] / model.blocks.moments.area[block] / GRAVITY * on
     squares = np.stack([(np.asarray(field[0])[0] ** 2 * basis.dx).sum(axis=1) for field in basis.basis[::2]])
-    parts = squares / squares.sum(axis=0) * (density * basis.dx.sum(axis=1))
-    nodes = nodal_unknowns(basis)
-    of_unknown = np.bincount(basis.element_dofs[::2].ravel(), parts.ravel(), minlength=basis.N)
-    return of_unknown[nodes[:, 0]].astype(np.float64)
+    parts: FloatArray = squares / squares.sum(axis=0) * (density * basis.dx.sum(axis=1))
+    return parts
 
 
 def greatest_frequency(stiffness: Any, mass: FloatArray) -> float:
