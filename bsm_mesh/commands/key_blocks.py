@@ -91,6 +91,11 @@ def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
         notes.append(f"{counted(slivers, 'block')} of {loaded.blocks.count} are slivers, marked in key_blocks.csv")
     if held:
         notes.append(f"{counted(held, 'block')} at free faces reach the sides of the box and are not judged")
+    rounds = loaded.file.key_blocks.rounds
+    if (found.round == rounds).any():
+        notes.append(
+            f"blocks behind those of round {rounds} are not examined; give rounds = {rounds + 1} in [key_blocks]"
+        )
     return notes
 
 

@@ -26,6 +26,7 @@ from examples.numbers import (
     threads,
     three_dimensions,
     tunnel,
+    tunnel_falls,
     tutorial,
 )
 from examples.numbers.command import write_or_check
@@ -49,6 +50,7 @@ PARTS = (
     dupont,
     cassiar,
     three_dimensions,
+    tunnel_falls,
     earthquakes,
 )
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}

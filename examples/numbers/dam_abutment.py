@@ -36,6 +36,13 @@ def limit_equilibrium(normals: FloatArray, friction: FloatArray, force: FloatArr
     return float(pressed * slope[stays] / np.linalg.norm(along)), f"on the {('foliation', 'shear zone')[stays]}"
 
 
+def wedge() -> str:
+    """Return volume and weight of the wedge."""
+    model = bsm.load(ROOT / FOLDER / "model.toml")
+    volume, gamma = model.blocks.moments.volume[WEDGE], model.rocks[0].unit_weight
+    return f"The wedge has {volume:.0f} m³ and weighs {volume * gamma / 1e6:.0f} MN."
+
+
 def factors() -> str:
     """Return the table of factors over the water pressure in the foliation."""
     table = tomllib.loads((ROOT / FOLDER / "model.toml").read_text(encoding="utf-8"))
@@ -59,4 +66,8 @@ def factors() -> str:
     return markdown(header, rows)
 
 
-TABLES = (Table(name="dam-abutment", page=f"{FOLDER}/README.md", make=factors, tolerance=0.005, is_slow=True),)
+README = f"{FOLDER}/README.md"
+TABLES = (
+    Table(name="dam-abutment-wedge", page=README, make=wedge),
+    Table(name="dam-abutment", page=README, make=factors, tolerance=0.005, is_slow=True),
+)

@@ -5,6 +5,8 @@ import numpy as np
 import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
 from bsm_mesh.geometries.orientations import upward_normals
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.three_d.model.parts import some_polyhedra
 
 SETS = ((30.0, 45.0), (60.0, 160.0), (75.0, 290.0))  # dip, dip direction
 
@@ -121,3 +123,36 @@ def dome(thickness, sectors, courses, radius=5.0):
             solids.append((np.array(corners), faces))
     blocks = bsm.Polyhedra.from_solids(solids, rock="stone", joint="J1")
     return blocks, np.arange(blocks.count) >= courses * sectors
+
+
+def rotations_held(blocks, which):
+    """Return bars that hold the rotations of some blocks, and leave their centres free: they translate only."""
+    which = np.asarray(which, dtype=np.int32)
+    count = 3 * len(which)
+    return Bars(
+        block=np.repeat(which, 3),
+        point=np.repeat(blocks.moments.centroid[which], 3, axis=0),
+        direction=np.tile(np.eye(3), (len(which), 1)),
+        holds_rotation=np.ones(count, dtype=bool),
+        value=np.zeros(count),
+        support=np.zeros(count, np.int32),
+        edge=np.full(count, -1, np.int32),
+    )
+
+
+def alone(model, block, present, *, turns=True):
+    """Return a model of one block between the neighbours that are `present` (n,), all of them fixed.
+
+    There is no stress before its weight acts. Unless it `turns`, its rotation is held: it moves as in block theory.
+    """
+    faces = model.blocks.contact_polygons
+    kept = np.zeros(model.blocks.count, dtype=bool)
+    kept[faces.block_b[faces.block_a == block]] = True
+    kept[faces.block_a[faces.block_b == block]] = True
+    kept &= present
+    kept[block] = True
+    part, _ = some_polyhedra(model.blocks, kept)
+    number = int(kept[:block].sum())
+    supports = [bsm.Fixed(blocks=np.delete(np.arange(part.count), number).tolist())]
+    supports += [] if turns else [rotations_held(part, [number])]
+    return model.replace(blocks=part, supports=supports, stages=[])

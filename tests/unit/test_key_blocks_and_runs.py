@@ -8,7 +8,7 @@ import bsm_mesh as bsm
 from bsm_mesh.geometries import Normal, three_d
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
-from tests.scenes.rock_3d import tunnel_rock
+from tests.scenes.rock_3d import alone, tunnel_rock
 from tests.unit.test_key_blocks import joint
 
 ROUNDING = 1e-9  # of factors
@@ -79,3 +79,39 @@ def test_a_block_that_turns_needs_more_friction_than_block_theory_says():
     assert_allclose(found.factor[row], 1.02, atol=5e-3)
     assert results.unstable_blocks.tolist() == [number]
     assert np.linalg.norm(results.stages[0].displacement[number, 3:]) > 0.1  # radians
+
+
+@pytest.mark.heavy
+def test_a_block_that_cannot_turn_moves_alone_where_block_theory_says():
+    """Its neighbours are fixed, and there is no stress but that of its weight: the premises of block theory."""
+    blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock(3.0, seed=1)))
+    model = bsm.Model(blocks=blocks, rocks=ROCK, joints=[joint(f"J{k}", 20.0) for k in (1, 2, 3)])
+    found, there = bsm.key_blocks(model, free=["tunnel"]), np.ones(blocks.count, dtype=bool)
+    rows = np.flatnonzero(found.removable & ~found.sliver)
+    options = bsm.Options(threads=1, falls=bsm.Falls(ignore_below=0))
+    moves = [
+        bool(len(bsm.run(alone(model, block, there, turns=False), options).unstable_blocks))
+        for block in found.block[rows].tolist()
+    ]
+    assert moves == found.unstable[rows].tolist()
+    assert 0 < sum(moves) < len(moves)
+
+
+@pytest.mark.heavy
+def test_a_block_that_falls_behind_another_is_named_in_the_second_round():
+    """The roof of a cavern has two layers: the upper cube falls after the lower one."""
+    levels = [three_d.JointPlane(name="J", dip=0, dip_direction=0, point=(0, 0, z)) for z in (1.0, 2.0)]
+    walls = [
+        three_d.JointPlane(name="J", dip=90, dip_direction=direction, point=(x, y, 0))
+        for direction, x, y in ((90, 1, 0), (90, 2, 0), (0, 0, 1), (0, 0, 2))
+    ]
+    rock = three_d.RockMass(box=((0, 0, 0), (3, 3, 3)), joints=[*levels, *walls])
+    blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
+    sides = [name for name in blocks.boundaries if name != "bottom"]
+    supports = [bsm.Fixed(boundary=name) for name in sides]
+    model = bsm.Model(blocks=blocks, rocks=ROCK, joints=[joint("J")], supports=supports)
+    options = bsm.Options(threads=1, falls=bsm.Falls(on_fall="remove"))
+    fallen = [fall.block for fall in bsm.run(model, options).stages[-1].falls]
+    found = bsm.key_blocks(model, free=["bottom"], rounds=9)
+    rounds = dict(zip(found.block.tolist(), found.round.tolist(), strict=True))
+    assert sorted(rounds[block] for block in fallen) == [1, 2]

@@ -72,7 +72,11 @@ def test_what_falls_is_printed_and_written(case: Case) -> None:
     told = json.loads(case.run("key-blocks", "roof.toml", "--json", "--no-picture", "-o", "second").out)
     assert told["falls"] == [int(row["block"])]
     assert told["slides"] == {}
+    assert any(note.endswith("give rounds = 2 in [key_blocks]") for note in told["notes"])
     assert len(told["files"]) == 5
+    case.write("roof.toml", f"{ROOF}\n[key_blocks]\nrounds = 2\n")
+    told = json.loads(case.run("key-blocks", "roof.toml", "--json", "--no-picture", "-o", "third").out)
+    assert not any("are not examined" in note for note in told["notes"])
 
 
 def test_a_wedge_in_a_slope_has_its_factor(case: Case) -> None:
