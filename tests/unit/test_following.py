@@ -5,7 +5,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
-from bsm_mesh.solve.motion.following import FREE, FollowMotion, is_fast
+from bsm_mesh.solve.motion.following import FREE, FollowMotion, accelerates, is_fast
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
@@ -35,6 +35,15 @@ def test_a_step_ends_after_a_step_length_with_the_velocity_of_the_slide():
 def test_fast_is_what_moves_by_a_step_length_in_a_step(speed, fast):
     at = Iterate(residual=1.0, velocity=still(2, b1=(speed, 0.0, 0.0)))
     assert is_fast(begun(sliding()), at) is fast
+
+
+@pytest.mark.parametrize(("speed", "on"), [(1e-4, True), (-1e-4, False)])
+def test_blocks_accelerate_where_forces_act_along_their_movement(speed, on):
+    """Down a plane of 45 degrees, friction 20; blocks at rest do not."""
+    down = (-speed, -speed, 0.0) if sliding().blocks.vertices[-1, 0] < 0 else (speed, speed, 0.0)
+    step = begun(sliding())
+    assert accelerates(step, Iterate(residual=1.0, velocity=still(2, b1=down))) is on
+    assert not accelerates(step, Iterate(residual=1.0))
 
 
 def test_a_fall_takes_no_more_cycles_where_a_third_of_the_blocks_weighs_nothing():

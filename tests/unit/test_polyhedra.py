@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
+from bsm_mesh.three_d.blocks.flats import flat_areas
 from tests.scenes.polyhedra import BOX_FACES, box
 
 ROUNDING = 1e-12  # of volumes and moments of bodies some metres large
@@ -148,3 +149,27 @@ def test_bad_solids_are_named(change, message):
 def test_slivers_are_named():
     solids = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 1.0001))]
     assert bsm.Polyhedra.from_solids(solids, rock="a", joint="J").slivers.tolist() == [1]
+
+
+def test_plane_parts_of_surfaces_are_faces_of_a_block_in_one_plane():
+    """Two cubes as one block under a third: its top and bottom are 2 m2, each end 1 m2; a cube's faces are 1 m2."""
+    solids = [box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0, 0, 1), (1, 1, 2))]
+    cells = bsm.Polyhedra.from_solids([(corners @ rotation(3).T, faces) for corners, faces in solids], rock="rock")
+    blocks = bsm.Polyhedra(
+        vertices=cells.vertices,
+        face_vertices=cells.face_vertices,
+        face_offsets=cells.face_offsets,
+        face_cells=cells.face_cells,
+        face_joint=cells.face_joint,
+        cell_block=np.array([0, 0, 1], np.int32),
+        rock=np.zeros(2, np.int32),
+        rock_names=cells.rock_names,
+        joint_names=cells.joint_names,
+    )
+    area = flat_areas(blocks)
+    first, second = blocks.face_blocks.T
+    top = (first >= 0) & (second >= 0) & (first != second)
+    assert area[top].tolist() == [pytest.approx([2, 1] if first[top][0] == 0 else [1, 2])]
+    assert not area[first == second].any()
+    assert sorted(np.round(area[(first == 0) & (second < 0), 0])) == [1, 1, 2, 2, 2, 2, 2, 2, 2]
+    assert (np.round(area[(first == 1) & (second < 0), 0]) == 1).all()

@@ -12,7 +12,8 @@ from bsm_mesh.movements import turned as turned_by
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.three_d.contacts.clipping import CORNER_OF_A, CORNER_OF_B, EDGES, _clip, near_blocks
-from bsm_mesh.three_d.contacts.history import PointHistory, faces_of
+from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, faces_of
+from bsm_mesh.three_d.step.block_system import BlockSystem
 from tests.scenes.polyhedra import box, model_in_space, rotation, turned
 
 OPTIONS = bsm.Options(threads=1)
@@ -84,6 +85,22 @@ def areas(contacts):
     """Return the area in which the cube touches either table."""
     c = contacts.candidates
     return [c.length[(c.block_a == table) | (c.block_b == table)].sum() for table in (0, 1)]
+
+
+@pytest.mark.parametrize("cube", [0, 1])
+@pytest.mark.parametrize(("slide", "crossings_with_cube"), [((0.3, 0), False), ((0, 0.3), True)])
+def test_contact_points_go_with_the_block_with_which_they_move(cube, slide, crossings_with_cube):
+    """A cube over the edge of a table: its corners go with it, crossings with the table or, along its edge, with it."""
+    solids = [box((-1, -1, -1), (0.5, 2, 0)), box((0.2, 0, 0), (0.7, 0.5, 0.5)) if slide[1] else CUBE]
+    system = BlockSystem(model_in_space(solids[:: 1 if cube else -1], fixed=(1 - cube,)))
+    position = system.start.copy()
+    position[cube, :2] = slide
+    contacts = system.gather(PointHistory.none(), position, first=False)
+    c, corner = contacts.candidates, contacts.key % SLOTS < SLOTS - 1
+    _, _, arm, _ = contacts.frames(position)
+    at_edge = (system.placed(position)[c.block_a] + arm)[corner, 0] > 0.5 - 1e-9
+    assert at_edge.tolist().count(True) == 2
+    assert ((c.block_a == cube)[corner] == (~at_edge | crossings_with_cube)).all()
 
 
 @pytest.mark.parametrize("slide", [0.1, 0.3, 0.45])
@@ -159,8 +176,10 @@ def test_shear_and_slip_go_on_where_polygons_are_found_again():
     assert len(again.renewed.key)
     after = system.evaluate(again, position)
     here = again.candidates.history >= 0
-    table = np.minimum(again.candidates.block_a, again.candidates.block_b) == 0
-    total = np.linalg.norm(again.old_shear[table].sum(axis=0))
+    c = again.candidates
+    table = np.minimum(c.block_a, c.block_b) == 0
+    on_cube = np.where(c.block_a == 2, 1.0, -1.0)[:, None] * turned_by(again.old_shear, position[c.block_b, 3:])
+    total = np.linalg.norm(on_cube[table].sum(axis=0))
     assert_allclose(total, np.tan(np.radians(30)) * 1e7 * 1e-4 * 0.25, rtol=1e-6)
     assert (after.size <= after.strength * (1 + 1e-12)).all()
     assert again.mated[table & here].all()
@@ -239,3 +258,23 @@ def test_a_cube_pushed_over_an_edge_turns_as_a_rigid_body_does_and_falls():
     assert turn[slide < 0.58].max() < np.radians(0.1)
     exact = slide_at(at, np.radians(dip), np.radians(30), 0.25, 0.75)
     assert_allclose(np.interp(at, turn[slide > 0.58], slide[slide > 0.58]), exact, rtol=0.01)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("base", [0, 2])
+def test_a_stack_slides_evenly_whatever_its_numbers(base):
+    """The base pushes it by its weight across the slope, to a thousandth, over two lengths of a block."""
+    pushes, back = [], rotation(0, 35).T
+
+    def observe(record, state):
+        motion = state()
+        pushes.append([(back @ motion.position[1, :3])[0], (back @ motion.at.forces[base, :3])[2]])
+
+    solids = [box((0.3, 0.1, 0), (1.3, 0.9, 0.6)), box((0.3, 0.1, 0.6), (1.3, 0.9, 1.2))]
+    solids.insert(base, box((0, -1, -1), (8, 2, 0)))
+    model = model_in_space(turned(solids, rotation(0, 35)), fixed=(base,), friction=20)
+    assert Continuation(model, OPTIONS, observe).run().status == "unstable"
+    slide, push = np.array(pushes).T
+    weight = model.unit_weights[0] * 2 * 0.48 * np.cos(np.radians(35))
+    assert slide.max() > 2
+    assert_allclose(-push[slide > 0.5], weight, rtol=1e-3)

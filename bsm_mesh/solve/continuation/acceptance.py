@@ -10,7 +10,7 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.solve.continuation.pace import Pace
 from bsm_mesh.solve.continuation.plan import Phase
 from bsm_mesh.solve.continuation.stability import falling_mode
-from bsm_mesh.solve.motion.following import is_fast
+from bsm_mesh.solve.motion.following import accelerates, is_fast
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.system import System
@@ -70,7 +70,9 @@ class Acceptance:
         """Return the phase of a step, by its number and where it begins."""
         if number == 0 and iterate.velocity is None:
             return Phase.START if self._intact else Phase.AFTER_CHANGE
-        if iterate.velocity is not None and (self.pace.wait > 0 or is_fast(equations, iterate)):
+        if iterate.velocity is not None and (
+            self.pace.wait > 0 or is_fast(equations, iterate) or accelerates(equations, iterate)
+        ):
             return Phase.MOVING
         return Phase.NEAR_REST
 

@@ -81,3 +81,14 @@ def is_fast(equations: StepEquations, at: Iterate) -> bool:
         return False
     d = equations.system.d
     return equations.movement(at.velocity) * SETTINGS.longest * float(np.sqrt(2 * d)) > d
+
+
+def accelerates(equations: StepEquations, at: Iterate) -> bool:
+    """Return whether the unbalanced forces do work on the velocities: no equilibrium lies ahead.
+
+    Statics knows no direction of motion. It may find an equilibrium whose friction is not opposite to the slip.
+    """
+    if at.velocity is None:
+        return False
+    forces = equations.residual_at(equations.start).forces
+    return float(np.einsum("ij,ij->", forces, at.velocity)) > 0.0

@@ -2,6 +2,9 @@
 
 Two faces are projected along the mean of their normals and clipped against each other (Sutherland & Hodgman 1974). A
 corner of the shared area is a corner of one face over the other, or a crossing of two edges: each has its own normal.
+
+A corner of a face lies on its own block. A crossing lies on the block with which it moves where the blocks slide past
+each other.
 """
 
 from __future__ import annotations
@@ -12,8 +15,8 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 
 FACING = 0.7071  # cosine: the normal of two edges that cross lies within 45 degrees of the mean of the faces'
-PARALLEL = 0.1  # sine of 6 degrees: faces nearer to parallel touch flat, along b's normal; such edges have no normal,
-# and faces nearer to perpendicular do not face each other
+PARALLEL = 0.1  # sine of 6 degrees: faces nearer to parallel touch flat, along the face's normal; such edges have no
+# normal, and faces nearer to perpendicular do not face each other
 DOUBLE = 1e-7  # of the faces' size: corners nearer than this are one
 CORNER_OF_A, CORNER_OF_B, EDGES = 0, 1, 2  # what meets in a corner
 
@@ -71,17 +74,18 @@ def facing_faces(
 
 @njit()
 def clipped(
-    faces: IntArray, corners: FloatArray, offsets: IntArray, normal: FloatArray
+    faces: IntArray, corners: FloatArray, offsets: IntArray, normal: FloatArray, slide: FloatArray
 ) -> tuple[IntArray, FloatArray]:  # pragma: no cover - compiled
     """Return what pairs of surfaces (q, 2) share: numbers of corners (q,), and the corners' rows one after the other.
 
-    Rows (k, 13): the corner in the plane across the mean normal, the points of a and of b over it, the normal into a,
-    the gap. The surfaces' `corners` (c, 3) run counter-clockwise about their outward `normal`; the first is a's.
+    Rows (k, 14): the corner in the plane across the mean normal, the points of a and of b over it, the normal into a,
+    the gap. The last column is 1 for a point on b. The surfaces' `corners` (c, 3) run counter-clockwise about their
+    outward `normal`; the first is a's. `slide` (q, 3): movement of a against b.
     """
     total = 0
     for q in range(faces.shape[0]):
         total += offsets[faces[q, 0] + 1] - offsets[faces[q, 0]] + offsets[faces[q, 1] + 1] - offsets[faces[q, 1]]
-    rows, sizes, count = np.empty((total, 13)), np.zeros(faces.shape[0], np.int64), 0
+    rows, sizes, count = np.empty((total, 14)), np.zeros(faces.shape[0], np.int64), 0
     mean, first, second, base = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for q in range(faces.shape[0]):
         f, g = faces[q]
@@ -95,7 +99,7 @@ def clipped(
         for k in range(shared.shape[0]):
             for u in range(3):
                 base[u] = b[0, u] + shared[k, 0] * first[u] + shared[k, 1] * second[u]
-            _set_row(rows[count], base, kind[k], edge[k], a, b, normal[f], normal[g], mean)
+            _set_row(rows[count], base, kind[k], edge[k], a, b, normal[f], normal[g], mean, slide[q])
             count += 1
         sizes[q] = shared.shape[0]
     return sizes, rows[:count]
@@ -232,21 +236,19 @@ def _set_row(
     of_a: FloatArray,
     of_b: FloatArray,
     mean: FloatArray,
+    slide: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Set corner, the points of both faces over it, normal into a and gap of a row (13,)."""
+    """Set corner, the points of both faces over it, normal into a, gap and its block of a row (14,)."""
     on_a, on_b, across, turn, one, other = np.empty((6, 3))
     _set_over(on_a, base, a[0], of_a, mean)
     _set_over(on_b, base, b[0], of_b, mean)
+    _set_difference(one, a[(edge[0] + 1) % a.shape[0]], a[edge[0]])
+    _set_difference(other, b[(edge[1] + 1) % b.shape[0]], b[edge[1]])
+    is_on_b = _crossing_is_on_b(one, other, mean, slide) if kind == EDGES else kind == CORNER_OF_B
     for u in range(3):
-        across[u] = of_b[u] if kind == CORNER_OF_A else -of_a[u]
-    opposite = kind != CORNER_OF_A
+        across[u] = -of_a[u] if is_on_b else of_b[u]
     _set_cross(turn, of_a, of_b)
-    if _dot(turn, turn) < PARALLEL**2:
-        opposite = opposite and of_b[0] == -of_a[0] and of_b[1] == -of_a[1] and of_b[2] == -of_a[2]
-        across[:] = of_b
-    elif kind == EDGES:
-        _set_difference(one, a[(edge[0] + 1) % a.shape[0]], a[edge[0]])
-        _set_difference(other, b[(edge[1] + 1) % b.shape[0]], b[edge[1]])
+    if kind == EDGES and _dot(turn, turn) >= PARALLEL**2:
         _set_cross(turn, one, other)
         size, sizes = np.sqrt(_dot(turn, turn)), np.sqrt(_dot(one, one) * _dot(other, other))
         across[:] = mean
@@ -256,11 +258,28 @@ def _set_row(
     _set_difference(one, on_a, on_b)
     gap = _dot(one, across)
     for u in range(3):
-        if kind == CORNER_OF_B and opposite:
+        if is_on_b:
             on_a[u] = on_b[u] + gap * across[u]
         else:
             on_b[u] = on_a[u] - gap * across[u]
-    row[:3], row[3:6], row[6:9], row[9:12], row[12] = base, on_a, on_b, across, gap
+    row[:3], row[3:6], row[6:9], row[9:12], row[12], row[13] = base, on_a, on_b, across, gap, is_on_b
+
+
+@njit()
+def _crossing_is_on_b(
+    one: FloatArray, other: FloatArray, mean: FloatArray, slide: FloatArray
+) -> bool:  # pragma: no cover - compiled
+    """Return whether the crossing of an edge of a with one of b lies on b rather than on a.
+
+    Where a slides by `slide` the crossing moves on b's edge by ``(slide x one) / (other x one)`` of its length.
+    """
+    turn = np.empty(3)
+    _set_cross(turn, slide, one)
+    moved = _dot(turn, mean)
+    _set_cross(turn, other, one)
+    whole = _dot(turn, mean)
+    is_on_b: bool = whole != 0.0 and 2 * moved / whole * _dot(other, slide) < _dot(slide, slide)
+    return is_on_b
 
 
 @njit()

@@ -18,10 +18,13 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.polygons import owner_of_corner
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
+from bsm_mesh.three_d.blocks.flats import flat_areas
 from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, PolygonPoints, keys_of
 from bsm_mesh.three_d.contacts.kernels import relative_positions
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.rotations import swings
+
+SAME = 1e-6  # of an area: smaller differences are rounding
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -144,7 +147,10 @@ class ContactSet:
 
 
 def given_points(model: Model, held: BoolArray) -> PolygonPoints:
-    """Return the contact points of a model as given. Two blocks that supports hold (n,) are no pair."""
+    """Return the contact points of a model as given. Two blocks that supports hold (n,) are no pair.
+
+    Points lie on the block with the smaller plane part of its surface there: it takes them along where it slides.
+    """
     assert in_space(model.blocks)
     whole = model.blocks.contact_polygons
     polygons = whole.some(np.flatnonzero(~(held[whole.block_a] & held[whole.block_b])))
@@ -164,6 +170,8 @@ def given_points(model: Model, held: BoolArray) -> PolygonPoints:
         depth=depths(polygons, centroid)[polygon],
         joint=polygons.joint[polygon],
     )
+    area_b, area_a = flat_areas(model.blocks)[polygons.face].T
+    found = found.turned_over((area_b < area_a * (1 - SAME))[polygon], -polygons.normal[polygon])
     return found.some(np.argsort(key, kind="stable"))
 
 

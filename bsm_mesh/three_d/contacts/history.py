@@ -27,6 +27,13 @@ def faces_of(key: IntArray) -> tuple[IntArray, IntArray]:
     return face_a.astype(np.int32), face_b.astype(np.int32)
 
 
+def polygons_of(key: IntArray) -> IntArray:
+    """Return a number of the polygon of every contact point, whichever block the point lies on, (k,)."""
+    face_a, face_b = faces_of(key)
+    number: IntArray = np.maximum(face_a, face_b).astype(np.int64) * FACES + np.minimum(face_a, face_b)
+    return number
+
+
 def renumbered_keys(key: IntArray, number: IntArray) -> IntArray:
     """Return keys with the faces renumbered (n_faces,)."""
     face_a, face_b = faces_of(key)
@@ -86,6 +93,22 @@ class PolygonPoints:
     def some(self, chosen: IntArray | BoolArray) -> PolygonPoints:
         """Return some of the points."""
         return replace(self, **{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
+
+    def turned_over(self, chosen: BoolArray, normal: FloatArray) -> PolygonPoints:
+        """Return the points, the `chosen` (k,) of them on the other block.
+
+        `normal` (k, 3) points into that block, in the frame of the block of the point.
+        """
+        over, (face_a, face_b) = chosen[:, None], faces_of(self.key)
+        back = np.hstack([self.geometry[:, 3:6], self.geometry[:, :3], normal, -self.geometry[:, 9:]])
+        return replace(
+            self,
+            key=np.where(chosen, keys_of(face_b, face_a, self.key % SLOTS), self.key),
+            block_a=np.where(chosen, self.block_b, self.block_a),
+            block_b=np.where(chosen, self.block_a, self.block_b),
+            geometry=np.where(over, back, self.geometry),
+            depth=np.where(over, self.depth[:, ::-1], self.depth),
+        )
 
     def with_more(self, more: PolygonPoints) -> PolygonPoints:
         """Return these points and more, in rising order of their keys."""

@@ -15,7 +15,7 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.blocks.polygons import sums
 from bsm_mesh.three_d.contacts.contact_set import ContactSet, contacts_of, gathered
-from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, PolygonPoints, faces_of
+from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, faces_of, polygons_of
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
 
@@ -55,7 +55,7 @@ class Renewal:
         """Return the contact points at a position with their history; at the start (`first`) all are intact."""
         points, contacts = self.given, self.contacts
         if len(history.renewed.key):
-            kept = ~np.isin(points.key // SLOTS, history.renewed.key // SLOTS)
+            kept = ~np.isin(polygons_of(points.key), polygons_of(history.renewed.key))
             points = points.some(kept).with_more(history.renewed)
             contacts = contacts_of(points, history.renewed, self.catalogue)
         before = gathered(contacts, history, position, self.size, first=first)
@@ -66,9 +66,9 @@ class Renewal:
             return before
         found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
         found = found.some(~self._behind(found, points.key) & self.catalogue.have_stiffness(found))
-        fresh = found.some(~np.isin(found.key // SLOTS, points.key[~stale] // SLOTS))
+        fresh = found.some(~np.isin(polygons_of(found.key), polygons_of(points.key[~stale])))
         stale |= _on_faces_of(points, (fresh, points.some(stale)), moves)
-        new = found.some(~np.isin(found.key // SLOTS, points.key[~stale] // SLOTS))
+        new = found.some(~np.isin(polygons_of(found.key), polygons_of(points.key[~stale])))
         if not (stale.any() or len(new.key)):
             return before
         number = np.isin(history.renewed.key, points.key[~stale])
@@ -86,7 +86,8 @@ class Renewal:
             return np.zeros((0, 2), np.int32), np.zeros(0)
         found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
         found = found.some(self._behind(found, contacts.key) & self.catalogue.have_stiffness(found))
-        pairs, number = np.unique(np.column_stack([found.block_a, found.block_b]), axis=0, return_inverse=True)
+        both = np.sort(np.column_stack([found.block_a, found.block_b]), axis=1)
+        pairs, number = np.unique(both, axis=0, return_inverse=True)
         depth = np.zeros(len(pairs))
         np.maximum.at(depth, number.reshape(-1), -found.found_gap)
         return pairs, depth
@@ -96,7 +97,7 @@ class Renewal:
         _, place, *_ = contacts.frames(position)
         along = np.linalg.norm(contacts.along(place), axis=1)
         moved = np.hypot(along, contacts.gaps(place) - points.found_gap)
-        _, polygon = np.unique(points.key // SLOTS, return_inverse=True)
+        _, polygon = np.unique(polygons_of(points.key), return_inverse=True)
         area = np.bincount(polygon, points.area)
         farthest = np.zeros(len(area))
         np.maximum.at(farthest, polygon, moved)
@@ -107,7 +108,7 @@ class Renewal:
     def _behind(self, new: PolygonPoints, before: IntArray) -> BoolArray:
         """Return the points (k,) of polygons without a key (m,) before that begin deep: faces that were passed."""
         behind: BoolArray = _least_gaps(new) < -RULES.initial_penetration * self.size
-        return behind & ~np.isin(new.key // SLOTS, before // SLOTS)
+        return behind & ~np.isin(polygons_of(new.key), polygons_of(before))
 
     def _moving(self, position: FloatArray) -> BoolArray:
         """Return the blocks (n,) that have come so far that they may touch others than as given."""
@@ -134,7 +135,7 @@ def _least_gaps(points: PolygonPoints) -> FloatArray:
 
 def _least(points: PolygonPoints, values: FloatArray) -> FloatArray:
     """Return the least of values (k,) in the polygon of every point, (k,)."""
-    _, polygon = np.unique(points.key // SLOTS, return_inverse=True)
+    _, polygon = np.unique(polygons_of(points.key), return_inverse=True)
     least = np.full(len(points.key), np.inf)
     np.minimum.at(least, polygon, values)
     of_each: FloatArray = least[polygon]
@@ -171,7 +172,10 @@ def inherited(
     weight = np.where(bore, c.length[stale], 0.0)
     whole = np.bincount(of_old, weight, pairs)
     share = np.divide(weight, whole[of_old], out=np.zeros_like(weight), where=whole[of_old] > 0)
-    sign = np.where(c.block_a[stale] < c.block_b[stale], 1.0, -1.0)[:, None]
+    sign, of_sign = (
+        np.where(a < b, 1.0, -1.0)[:, None]
+        for a, b in ((c.block_a[stale], c.block_b[stale]), (new.block_a, new.block_b))
+    )
     turn = position[c.block_b[stale], 3:]
     force = sums(of_old, np.where(bore[:, None], sign * turned(before.old_shear[stale], turn), 0.0), pairs)
     slid = np.nan_to_num(before.along(before.old_place - before.first_place)[stale])
@@ -191,9 +195,9 @@ def inherited(
         block_a=new.block_a,
         block_b=new.block_b,
         closed=pressing > 0,
-        shear=own.along(turned(part[:, None] * force[of_new], back)),
+        shear=own.along(turned(of_sign * part[:, None] * force[of_new], back)),
         place=place,
-        first_place=place - own.along(turned(slide, back)),
+        first_place=place - own.along(turned(of_sign * slide, back)),
         offset=offset,
         failed=~known | (failed > 0.5),
         mated=known & (mated > 0.5),

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.polygons import next_corner, owner_of_corner
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
-from bsm_mesh.three_d.blocks.polygons import bent_corners, vector_areas
+from bsm_mesh.three_d.blocks.polygons import bent_corners, sums, vector_areas
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.contacts.clipping import PARALLEL, clipped, facing_faces, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import depths, points_of, reaches
@@ -67,8 +67,8 @@ class Surfaces:
         """Return the points of polygons of faces that face each other at a position (n, 6).
 
         They are nearer than `band` and wider than `narrow` [m].
-        One block of each pair `moves` (n,); two blocks that supports hold (n,) are no pair. Block a has the lower
-        number.
+        One block of each pair `moves` (n,); two blocks that supports hold (n,) are no pair. Every point lies on the
+        block with which it moves.
         """
         face, block, start, given, offsets = self._sides
         owner, centroid = owner_of_corner(offsets), self.blocks.moments.centroid
@@ -83,7 +83,8 @@ class Surfaces:
         pairs = near_blocks(*boxes, moves, band)
         pairs = pairs[~(held[pairs[:, 0]] & held[pairs[:, 1]])]
         faces = facing_faces(pairs, start, normal, low, high, band)
-        sizes, rows = clipped(faces, corners, offsets, normal)
+        slide = self._slides(position, corners[offsets[faces[:, 0]]], block[faces])
+        sizes, rows = clipped(faces, corners, offsets, normal, slide)
         faces, sizes = faces[sizes > 0], sizes[sizes > 0]
         rows, faces, sizes = _touching(rows, faces, sizes, (block, start, corners, offsets), band, narrow)
         kept = _facing_best(faces, block, normal)
@@ -112,21 +113,24 @@ class Surfaces:
         points, slot = points_of(polygons, self.rule)
         polygon, mean = points.polygon, polygons.normal
         on_a, on_b = (_over(polygons.centroid, mean, corners[offsets[side]], normal[side]) for side in (one, other))
-        flat = (np.cross(normal[one], normal[other]) ** 2).sum(axis=1) < PARALLEL**2
-        across = np.where(flat[:, None], normal[other], mean)
-        gap = np.einsum("ij,ij->i", on_a - on_b, across)
-        on_b = on_a - gap[:, None] * across
         found = rows
         if len(polygon) > len(rows):  # with centroids
-            found = np.vstack([rows, np.hstack([polygons.centroid, on_a, on_b, across, gap[:, None]])])
+            share = points.area[: len(rows)] * (rows[:, 13] - 0.5)
+            with_b = sums(polygon[: len(rows)], share, len(sizes)) > 0
+            flat = (np.cross(normal[one], normal[other]) ** 2).sum(axis=1) < PARALLEL**2
+            own = np.where(with_b[:, None], -normal[one], normal[other])
+            across = np.where(flat[:, None], own, mean)
+            gap = np.einsum("ij,ij->i", on_a - on_b, across)
+            on_a = np.where(with_b[:, None], on_b + gap[:, None] * across, on_a)
+            on_b = on_a - gap[:, None] * across
+            found = np.vstack([rows, np.column_stack([polygons.centroid, on_a, on_b, across, gap, with_b])])
         a, b = polygons.block_a[polygon], polygons.block_b[polygon]
         centroid = self.blocks.moments.centroid
         placed = centroid + position[:, :3]
         arms = [turned(found[:, c : c + 3] - placed[i], -position[i, 3:]) for c, i in ((3, a), (6, b))]
         apart = centroid[a] + arms[0] - centroid[b] - arms[1]
-        key = keys_of(face[one][polygon], face[other][polygon], slot)
         made = PolygonPoints(
-            key=key,
+            key=keys_of(face[one][polygon], face[other][polygon], slot),
             block_a=a,
             block_b=b,
             geometry=np.hstack([*arms, turned(found[:, 9:12], -position[b, 3:]), apart]),
@@ -136,7 +140,16 @@ class Surfaces:
             depth=depths(polygons, placed)[polygon],
             joint=polygons.joint[polygon],
         )
-        return made.some(np.argsort(key, kind="stable"))
+        made = made.turned_over(found[:, 13] > 0, turned(-found[:, 9:12], -position[a, 3:]))
+        return made.some(np.argsort(made.key, kind="stable"))
+
+    def _slides(self, position: FloatArray, point: FloatArray, pair: IntArray) -> FloatArray:
+        """Return the movements of the first of pairs of blocks (q, 2) against the second at points, (q, 3) [m]."""
+        centroid = self.blocks.moments.centroid
+        placed = centroid + position[:, :3]
+        given = [centroid[i] + turned(point - placed[i], -position[i, 3:]) for i in pair.T]
+        slide: FloatArray = turned(given[1] - given[0], position[pair[:, 1], 3:])
+        return slide
 
 
 def _touching(
