@@ -121,7 +121,7 @@ def _read_only_again(value: Any) -> Any:
 
 
 def show_only(owner: object) -> None:
-    """Replace a frozen dataclass's arrays by read-only views: whoever made them may continue with them, nobody else."""
+    """Replace a frozen dataclass's arrays by read-only views; their maker may still change them."""
     for field in dataclasses.fields(owner):  # type: ignore[arg-type]
         value = getattr(owner, field.name)
         if isinstance(value, np.ndarray) and value.flags.writeable:

@@ -101,7 +101,7 @@ def placed(place: str) -> Iterator[None]:
 
 
 def printable(text: str) -> str:
-    r"""Return a text that can be shown on a terminal: what would steer it stands there as an escape.
+    r"""Return a text that can be shown on a terminal: characters that would steer it are escaped.
 
     Examples
     --------

@@ -52,7 +52,7 @@ def plot(
     """Draw PNG pictures of the results in OUT, of every stage.
 
     Values compared with histories are points, or curves, in histories, extensometers, profiles, points and
-    displacement_arrows; those that [[history]] measured names are always there.
+    displacement_arrows. Values of [[history]] measured are always drawn.
 
     --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
     """

@@ -43,7 +43,7 @@ class StudyResults:
     table : StudyTable
         A row a run.
     summary : mapping
-        Probability of failure, spread of the answers, effects of the keys: what ``summary.json`` holds.
+        Probability of failure, spread of the answers, effects of the keys, as ``summary.json`` has them.
     folder : Path
         Where it was written.
     pictures : tuple of Path

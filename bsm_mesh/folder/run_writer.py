@@ -57,7 +57,7 @@ class RunWriter:
     given : mapping of str to callable
         Files that define the run: names, and a writer for each.
     inputs : iterable of Path
-        Files that the run reads. Those that lie in the folder stay there.
+        Files that the run reads; in the folder itself they stay.
     steps : bool
         Write snapshots of the steps as well.
     form : OutputForm

@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, Portable, show_only
 from bsm_mesh.model.submodel import SubModel
 
 ENERGIES = ("input", "loads", "kinetic", "springs", "bolts", "slip", "dashpots", "mass_damping", "quiet", "error")
-"""What is added up: put in by the base or waves and by weight, loads and water; what became of it; the remainder."""
+"""Energies put in by the base or waves and by weight, loads and water; the energies that take them; the remainder."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ RunAll: TypeAlias = "Callable[[Sequence[Task]], list[Ended]]"
 
 
 class Trials(Protocol):
-    """What runs a model at a value; picklable where several processes share the work."""
+    """A model to be run at a value; picklable where several processes share the work."""
 
     def run(self, value: float, limit: float | None) -> Ended:
         """Return how the model ends; a block that moves by more than `limit` [m] has failed."""

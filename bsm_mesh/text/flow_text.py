@@ -1,4 +1,4 @@
-"""Flow in the joints as ``run`` and the report show it: what enters and leaves, and where."""
+"""Flow in the joints as ``run`` and the report show it: inflow and outflow, with their places."""
 
 from __future__ import annotations
 

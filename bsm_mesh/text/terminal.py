@@ -17,7 +17,7 @@ from bsm_mesh.errors import one_line, printable
 
 
 def say(text: object, *, err: bool = False) -> None:
-    """Write one line on stdout, or on stderr; what would steer the terminal is there as an escape."""
+    """Write one line on stdout, or on stderr; characters that would steer the terminal are escaped."""
     if err:
         complain(one_line(str(text)))
     else:

@@ -17,7 +17,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HalfSpaces:
-    """A convex body: what lies below all of some planes.
+    """A convex body: the points below all of some planes.
 
     Attributes
     ----------

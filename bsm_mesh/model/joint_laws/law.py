@@ -55,7 +55,7 @@ class JointLaw(Protocol):
     ) -> JointResponse:
         """Return the response of contacts.
 
-        Those that do not touch come with neither pressure nor trial shear: that must leave their state as it is.
+        Contacts that do not touch have neither pressure nor trial shear: these must leave their state as it is.
 
         Parameters
         ----------

@@ -325,7 +325,7 @@ def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
     if large.size:
         notes.append(
             f"before it reached rest, {counted(large.size, 'block')} moved by more than a tenth of its size, up to "
-            f"{moved[large].max():.3g} m: {numbered('block', large)}; where that is a failure, give a smaller "
+            f"{moved[large].max():.3g} m: {numbered('block', large)}; if that is a failure, give a smaller "
             "displacement_limit"
         )
     if small.size:

@@ -207,7 +207,7 @@ def _dense(joints: JointPoints, node_of: IntArray, nodes: IntArray) -> tuple[Int
     place = np.arange(len(pair)) - np.searchsorted(point, point)
     width = int(place.max(initial=0)) + 1
     found = np.zeros((len(joints.length), 2, width, 2))
-    of_point = np.zeros((len(joints.length), width), np.int64)
+    of_point: Any = np.zeros((len(joints.length), width), np.uint32)  # as the list of kernels has it
     of_point[point, place] = pair % len(nodes)
     axis = (nodes[node, 1] == column).astype(np.int64)
     np.add.at(found, (row, which, place[number.reshape(-1)], axis), np.concatenate([part.data for part in parts]))

@@ -1,4 +1,4 @@
-"""What changes from stage to stage of a model with zones."""
+"""The state of a model with zones, which changes from stage to stage."""
 
 from __future__ import annotations
 

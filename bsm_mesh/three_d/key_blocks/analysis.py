@@ -29,7 +29,7 @@ MOST_PRESSURE = 10.0  # times the weight over the free face, and times the facto
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class _Given:
-    """What acts on blocks, and what bears them."""
+    """Loads on blocks, and the strength of their faces."""
 
     blocks: Polyhedra
     laws: tuple[JointLaw | None, ...]

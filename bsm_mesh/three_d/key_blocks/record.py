@@ -1,4 +1,4 @@
-"""What came out for key blocks: a row a block at a free face, its words, table and file."""
+"""Results of key blocks: a row a block at a free face, its words, table and file."""
 
 from __future__ import annotations
 
