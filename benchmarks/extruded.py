@@ -2,8 +2,8 @@
 
 The models are the examples, and those of known factors of safety, their strength divided by 0.95 and by 1.05 of that.
 Both are run with the options of the model file and one thread. Where verdicts differ, the slice is run between walls
-too. Where displacements differ by more than `ASKED`, the plane is solved by other routes as well: where friction leaves
-several equilibria, these differ by more. Every model is written as a line of JSON.
+too. Where displacements differ by more than `ASKED`, plane and slice are solved by other routes as well: where friction
+leaves several equilibria, these differ by more. Every model is written as a line of JSON.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ HEADER = (
     "between walls",
     "displacement off by",
     "plane by other routes",
+    "slice by other routes",
 )
 
 
@@ -111,9 +112,10 @@ def compared(model: bsm.Model) -> dict[str, Any]:
     if told["plane"] == told["slice"] and set(told["plane"]) == {"stable"}:
         told["off"], size = _off(model, runs[0], runs[1])
         if told["off"] > ASKED:
-            ends = bsm.spread(runs[0]).spread
-            told["routes"] = max(end.difference or 0.0 for end in ends) / size
-            told["route_verdicts"] = sorted({str(end.status) for end in ends})
+            for which, run in (("", runs[0]), ("slice_", runs[1])):
+                ends = bsm.spread(run).spread
+                told[f"{which}routes"] = max(end.difference or 0.0 for end in ends) / size
+                told[f"{which}route_verdicts"] = sorted({str(end.status) for end in ends})
     return told
 
 
@@ -142,7 +144,8 @@ def table(records: Sequence[dict[str, Any]]) -> str:
                 "the same" if told["slice"] == told["plane"] else _verdicts(told["slice"]),
                 "" if walls is None else "the same" if walls == told["plane"] else _verdicts(walls),
                 "-" if off is None else f"{off:.0e}" if off > SMALL else f"below {SMALL:.0e}",
-                _routes(told),
+                _routes(told, ""),
+                _routes(told, "slice_"),
             )
         )
     same = sum(told["slice"] == told["plane"] for told in records)
@@ -155,12 +158,12 @@ def table(records: Sequence[dict[str, Any]]) -> str:
     return f"{markdown(HEADER, rows)}\n\n{text}"
 
 
-def _routes(told: dict[str, Any]) -> str:
-    """Return by how much the plane's own routes differ, and their verdicts where there are several."""
-    if "routes" not in told:
+def _routes(told: dict[str, Any], which: str) -> str:
+    """Return by how much routes of the plane, or of the slice, differ, and their verdicts where there are several."""
+    if f"{which}routes" not in told:
         return ""
-    verdicts = told["route_verdicts"]
-    return ", ".join([f"{told['routes']:.0e}", *(verdicts if len(verdicts) > 1 else [])])
+    verdicts = told[f"{which}route_verdicts"]
+    return ", ".join([f"{told[f'{which}routes']:.0e}", *(verdicts if len(verdicts) > 1 else [])])
 
 
 def main() -> None:

@@ -28,6 +28,7 @@ from examples.numbers import (
     tunnel,
     tunnel_falls,
     tutorial,
+    water_rests,
 )
 from examples.numbers.command import write_or_check
 from examples.numbers.pages import Table
@@ -51,6 +52,7 @@ PARTS = (
     cassiar,
     three_dimensions,
     tunnel_falls,
+    water_rests,
     earthquakes,
 )
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
