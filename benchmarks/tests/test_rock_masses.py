@@ -17,9 +17,17 @@ def test_the_table_names_the_exceptions():
         {**usual, "seed": 1},
         {**usual, "seed": 2, "admissible": False},
         {**usual, "seed": 3, "verdict": "not_converged"},
-        {**usual, "seed": 4, "moves": [7], "not_named": [7], "alone": ["unstable", 0.4], "factors": [1.06]},
+        {
+            **usual,
+            "seed": 4,
+            "moves": [7],
+            "not_named": [7],
+            "factors": [1.06],
+            "turn": 0.4,
+            "translating": ["stable", []],
+        },
     ]
     text = table(records)
     assert "1 of 4 against the proof (seeds [2]); 1 of 4 without a verdict (seeds [3])" in text
     assert "0 of 1 move blocks only that block theory names" in text
-    assert "| 4 | roof | 30° | 1.06 | unstable | 0.4 |" in text
+    assert "| 4 | roof | 30° | 1.06 | 0.4 | stable | 0 |" in text
