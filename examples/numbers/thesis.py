@@ -150,7 +150,7 @@ def on_its_way() -> str:
     ends = [f"{moved(results, rows).mean():.3f} m" for rows in (lower, upper)]
     rebound = max(2.0 - state[lower].min() for state in states[arrived:])
     return f"""After step {arrived + 1} of {last} the lower layer moved {spans[0]} and the upper {spans[1]} (as
-Fig. 4.21); at the end {ends[0]} and {ends[1]} (Fig. 4.22). What moves has inertia: blocks of the lower
+Fig. 4.21); at the end {ends[0]} and {ends[1]} (Fig. 4.22). Moving blocks have inertia: those of the lower
 layer rebound from the toe by up to {rebound:.2f} m before they rest there. The contact of two blocks
 is damped critically, the spring that a whole layer is much less."""
 
