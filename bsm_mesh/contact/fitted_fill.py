@@ -73,7 +73,8 @@ def fitted_fill(
         data, rows, columns = (np.concatenate(each) for each in zip(*entries, strict=True))
         return csr_array((data, (rows, columns)), shape=(weight.size * arms[0].shape[1], values.size))
 
-    solved = least_squares(gaps, found[fill].ravel(), derivatives, tr_solver="lsmr", x_scale="jac", gtol=None)
+    with np.errstate(divide="ignore", invalid="ignore"):  # where the fit is exact, SciPy divides by a gradient of zero
+        solved = least_squares(gaps, found[fill].ravel(), derivatives, tr_solver="lsmr", x_scale="jac", gtol=None)
     found[fill] = solved.x.reshape(-1, moved.shape[1])
     return found
 

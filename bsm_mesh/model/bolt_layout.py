@@ -236,9 +236,18 @@ def _report_ends(faults: list[str], bolts: Sequence[Bolt], found: Passages) -> N
         if b not in inside:
             faults[b] = "passes no block; place it in the rock"
         elif head[b] > slack:
-            faults[b] = f"has its start in the void, {head[b]:.4g} m before the rock; start it there"
+            faults[b] = (
+                f"has its start in the void, {head[b]:.4g} m before the rock; start it at {_along(bolt, head[b])}"
+            )
         elif tip[b] < bolt.length - slack:
-            faults[b] = f"has its end in the void, {bolt.length - tip[b]:.4g} m beyond the rock; end it there"
+            beyond = bolt.length - tip[b]
+            faults[b] = f"has its end in the void, {beyond:.4g} m beyond the rock; end it at {_along(bolt, tip[b])}"
+
+
+def _along(bolt: Bolt, distance: float) -> str:
+    """Return the point of a bolt at a distance [m] from its start, to be typed: in ten digits."""
+    start, end = np.asarray(bolt.start), np.asarray(bolt.end)
+    return f"({', '.join(f'{x:.10g}' for x in start + distance / bolt.length * (end - start))})"
 
 
 def _boxes(blocks: Blocks, margin: float) -> FloatArray:

@@ -73,7 +73,7 @@ def repair_blocks(
     if left.size:
         changes.append(
             f"{left.size} slivers are left: no neighbour of their rock across an edge "
-            + ("that leaves a simple outline" if across_joints else "without a joint")
+            + ("that leaves a simple outline" if across_joints else "without a joint; --across-joints gives up joints")
         )
     return Repaired(blocks=blocks, changes=tuple(changes))
 

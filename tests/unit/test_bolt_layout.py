@@ -75,8 +75,11 @@ def test_heads_on_a_face_are_in_the_rock(angle):
 
 
 FAULTS = [
-    (((-0.5, 0.5), (2, 0.5)), ["bolt 1 from (-0.5, 0.5)", "start in the void, 0.5 m"]),
-    (((0.5, 0.5), (4.25, 0.5)), ["end in the void, 0.25 m beyond"]),
+    (
+        ((-0.5, 0.5), (2, 0.5)),
+        ["bolt 1 from (-0.5, 0.5)", "start in the void, 0.5 m before the rock; start it at (0, 0.5)"],
+    ),
+    (((0.5, 0.5), (4.25, 0.5)), ["end in the void, 0.25 m beyond the rock; end it at (4, 0.5)"]),
     (((9, 9), (10, 9)), ["passes no block"]),
     (((1, 0.1), (1, 0.9)), ["runs along an edge of block 0 over 0.8 m", "move it off the joint"]),
     (((0, 1), (3.5, 1)), ["runs along an edge of block"]),

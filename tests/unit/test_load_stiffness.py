@@ -199,7 +199,7 @@ def test_a_floating_box_stands_upright_by_its_metacentre(width):
         gamma=9810 / 2,
         water=bsm.Water(table=[(0, 1.0)]),
     )
-    stage = bsm.run(model, bsm.Options(max_steps=60)).stages[-1]
+    stage = bsm.run(model, bsm.Options(max_steps=100)).stages[-1]
     radius = width**2 / 12  # from the centre of buoyancy to the metacentre
     slope = np.sqrt(max(0.0, 1 - 2 * radius) / radius)
     if slope * width / 2 < 1:

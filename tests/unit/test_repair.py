@@ -49,7 +49,10 @@ def test_a_joint_is_given_up_only_on_request() -> None:
     blocks = made(*SQUARES).with_joint("J1", lambda x, y: y > 0.9)
     kept = repair_blocks(blocks, slivers)
     assert kept.blocks.count == 4
-    assert kept.changes == ("1 slivers are left: no neighbour of their rock across an edge without a joint",)
+    assert kept.changes == (
+        "1 slivers are left: no neighbour of their rock across an edge without a joint; "
+        "--across-joints gives up joints",
+    )
     mended = repair_blocks(blocks, slivers, across_joints=True)
     assert mended.blocks.count == 3
     assert mended.changes[0].endswith("across 1 m of joint 'J1'")
