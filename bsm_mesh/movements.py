@@ -67,6 +67,17 @@ def carried(arm: FloatArray, movement: FloatArray) -> FloatArray:
     return np.stack([u + versed * x - sine * y, v + sine * x + versed * y], axis=1)
 
 
+def by_movement(arm: FloatArray) -> FloatArray:
+    """Return the derivatives of places `carried` by the movements of blocks, (k, 2, 3) or (k, 3, 6); arms as turned."""
+    count, axes = arm.shape
+    along = np.broadcast_to(np.eye(axes), (count, axes, axes))
+    if axes == 2:
+        round_centroid = np.stack([-arm[:, 1], arm[:, 0]], axis=1)[:, :, None]
+    else:
+        round_centroid = np.stack([cross(np.broadcast_to(unit, arm.shape), arm) for unit in np.eye(axes)], axis=2)
+    return np.concatenate([along, round_centroid], axis=2)
+
+
 def cross(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the vector products of vectors (k, 3); NumPy's own takes many times as long for few."""
     x, y, z = one.T

@@ -7,7 +7,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
-from bsm_mesh.movements import carried, cross, turned, turns
+from bsm_mesh.movements import by_movement, carried, turned, turns
 
 
 def are_supported(model: Model) -> BoolArray:
@@ -65,7 +65,7 @@ def fitted_fill(
         entries: list[tuple[FloatArray, IntArray, IntArray]] = []
         for sign, arm, block in zip((1.0, -1.0), arms, blocks, strict=True):
             on = np.flatnonzero(fill[block])
-            part = sign * weight[on, :, None] * _by_movement(turned(arm[on], turns(found[block[on]])))
+            part = sign * weight[on, :, None] * by_movement(turned(arm[on], turns(found[block[on]])))
             inner = np.indices(part.shape[1:])
             row = arm.shape[1] * on[:, None, None] + inner[0]
             column = part.shape[2] * number[block[on]][:, None, None] + inner[1]
@@ -77,14 +77,3 @@ def fitted_fill(
         solved = least_squares(gaps, found[fill].ravel(), derivatives, tr_solver="lsmr", x_scale="jac", gtol=None)
     found[fill] = solved.x.reshape(-1, moved.shape[1])
     return found
-
-
-def _by_movement(arm: FloatArray) -> FloatArray:
-    """Return the derivatives of points' positions by their blocks' movements, (k, 2, 3) or (k, 3, 6)."""
-    count, axes = arm.shape
-    along = np.broadcast_to(np.eye(axes), (count, axes, axes))
-    if axes == 2:
-        round_centroid = np.stack([-arm[:, 1], arm[:, 0]], axis=1)[:, :, None]
-    else:
-        round_centroid = np.stack([cross(np.broadcast_to(unit, arm.shape), arm) for unit in np.eye(axes)], axis=2)
-    return np.concatenate([along, round_centroid], axis=2)
