@@ -12,6 +12,7 @@ from bsm_mesh.movements import turned as turned_by
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.three_d.contacts.clipping import CORNER_OF_A, CORNER_OF_B, EDGES, _clip, near_blocks
+from bsm_mesh.three_d.contacts.contact_set import given_points
 from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, faces_of
 from bsm_mesh.three_d.step.block_system import BlockSystem
 from tests.scenes.polyhedra import box, model_in_space, rotation, turned
@@ -20,6 +21,9 @@ OPTIONS = bsm.Options(threads=1)
 TANGENT = 1e-8  # of the greatest entry: differences of forces with steps of 1e-7
 TABLES = [box((0, 0, -1), (0.5, 0.5, 0)), box((0.5, 0, -1), (1, 0.5, 0))]
 CUBE = box((0, 0, 0), (0.5, 0.5, 0.5))
+SQUARES = [box((0, 0, -0.5), (0.5, 0.5, 0)), box((0.5, 0, -0.5), (1, 0.5, 0))]
+ROCK = [bsm.Rock("rock", unit_weight=26e3)]
+CELL_ARRAYS = ("vertices", "face_vertices", "face_offsets", "face_cells", "face_joint", "rock_names", "joint_names")
 
 
 def random_polygon(rng):
@@ -101,6 +105,43 @@ def test_contact_points_go_with_the_block_with_which_they_move(cube, slide, cros
     at_edge = (system.placed(position)[c.block_a] + arm)[corner, 0] > 0.5 - 1e-9
     assert at_edge.tolist().count(True) == 2
     assert ((c.block_a == cube)[corner] == (~at_edge | crossings_with_cube)).all()
+    at = system.evaluate(contacts, position)
+    history, _ = system.commit(contacts, at, position)
+    again = system.gather(history, position, first=False)
+    assert_allclose(again.candidates.length.sum(), 0.5 * (0.3 if slide[1] else 0.2), rtol=1e-9)
+    assert again.key.tolist() == contacts.key.tolist()
+
+
+@pytest.mark.parametrize("cube", [0, 1])
+def test_points_as_given_lie_on_the_block_that_slides_on_a_larger_plane(cube):
+    """A cube on one half of a base of two cells, whichever is numbered first."""
+    solids = [*SQUARES, CUBE]
+    cells = bsm.Polyhedra.from_solids(solids if cube else solids[::-1], rock="rock")
+    arrays = {name: getattr(cells, name) for name in CELL_ARRAYS}
+    number = np.array([0, 0, 1] if cube else [0, 1, 1], np.int32)
+    blocks = bsm.Polyhedra(**arrays, cell_block=number, rock=np.zeros(2, np.int32))
+    points = given_points(model_in_space([CUBE]).replace(blocks=blocks, rocks=ROCK, supports=[]), np.zeros(2, bool))
+    assert len(points.key) == 5
+    assert (points.block_a == cube).all()
+
+
+def test_stiffness_is_that_of_both_rocks_whichever_block_a_point_lies_on():
+    """Half the cube is over the edge: corners lie on it, crossings on the table. Rocks and depths differ."""
+    model = model_in_space([box((-1, -1, -2), (0.5, 2, 0)), CUBE], fixed=(0,))
+    rocks = [
+        bsm.Rock(name, unit_weight=26e3, young=young, poisson=0.2) for name, young in (("granite", 1e7), ("marl", 1e6))
+    ]
+    blocks = model.blocks
+    arrays = {name: getattr(blocks, name) for name in (*CELL_ARRAYS, "cell_block")}
+    arrays["rock_names"] = ("granite", "marl")
+    two = bsm.Polyhedra(**arrays, rock=np.array([0, 1], np.int32))
+    system = BlockSystem(model.replace(blocks=two, rocks=rocks))
+    position = system.start.copy()
+    position[1, :3] = 0.3, 0, -1e-4
+    contacts = system.gather(PointHistory.none(), position, first=False)
+    assert set(contacts.candidates.block_a) == {0, 1}
+    stiffness = contacts.normal_stiffness / contacts.candidates.length
+    assert_allclose(stiffness, stiffness[0], rtol=1e-3)
 
 
 @pytest.mark.parametrize("slide", [0.1, 0.3, 0.45])
@@ -182,6 +223,10 @@ def test_shear_and_slip_go_on_where_polygons_are_found_again():
     total = np.linalg.norm(on_cube[table].sum(axis=0))
     assert_allclose(total, np.tan(np.radians(30)) * 1e7 * 1e-4 * 0.25, rtol=1e-6)
     assert (after.size <= after.strength * (1 + 1e-12)).all()
+    slid = again.along(again.old_place - again.first_place)
+    slid = np.where(c.block_a == 2, 1.0, -1.0)[:, None] * turned_by(slid, position[c.block_b, 3:])
+    way = turned_by(np.array([[0.002, 0, 0]]), np.array([[0.2, -0.3, 0.15]]))[0]
+    assert_allclose(slid[table & here], np.tile(way, (sum(table & here), 1)), atol=1e-12)
     assert again.mated[table & here].all()
 
 
