@@ -151,14 +151,14 @@ def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
 
 
 def _greatest_overlap(blocks: Blocks, stage: StageResult) -> str:
-    """Return which two blocks share the greatest area, where, and the most likely reason."""
+    """Return which two blocks share the greatest area, where, and the most likely reasons."""
     from bsm_mesh.results.shared_area import greatest_pair  # compiled code: not before it is needed
 
     one, other = np.flatnonzero(stage.present)[list(greatest_pair(*_outlines_there(blocks, stage)))].tolist()
     at = place(blocks.moments.centroid[min(one, other, key=lambda block: blocks.moments.area[block])].round(2))
     return (
-        f", most blocks {one} and {other} near {at}, where corners may have met in a point; divide the blocks "
-        "differently there"
+        f", most blocks {one} and {other} near {at}: corners may have met in a point, or fill with a support lies "
+        "over displaced rock; divide the blocks differently, or fill without the support"
     )
 
 
