@@ -82,7 +82,8 @@ def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> 
 
     The page of a run shows verdicts with their grounds, displacement and slip, pictures, input, quality of the blocks,
     versions and checksums. Of earlier stages it shows displacement, joints and bolts. A factor of safety of the same
-    model in OUT-safety is on the first page, and so are its key blocks in OUT-key-blocks. The page needs no other file.
+    model in OUT-safety is on the first page, and so are limits of its keys in OUT-limit-KEY and its key blocks in
+    OUT-key-blocks. The page needs no other file.
     """
     with reading(out) as progress:
         from bsm_mesh.pages.report import ReportFields, write_report

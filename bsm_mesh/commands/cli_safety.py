@@ -64,7 +64,12 @@ def _search_options(command: Any) -> Any:
 )
 @_search_options
 @click.option("--spread", is_flag=True, help="Try the other starts and stiffer joints too.")
-@click.option("-o", "--output", type=PATH, help="Folder for the answer; that of the results with -safety by default.")
+@click.option(
+    "-o",
+    "--output",
+    type=PATH,
+    help="Folder for the answer; by default that of the results with -safety, or with -limit-KEY of --vary.",
+)
 @json_option
 @quiet_option
 @no_scripts_option

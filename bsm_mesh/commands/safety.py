@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.folder.added_files import AddedFiles
-from bsm_mesh.folder.safety_files import write_safety
+from bsm_mesh.folder.safety_files import LIMIT, SAFETY, write_safety
 from bsm_mesh.model.quantity import typed
 from bsm_mesh.modelfile.build import LoadedModel, load_model_file
 from bsm_mesh.modelfile.build_mesh import stdout_to_stderr
@@ -32,6 +33,17 @@ def folder_beside(loaded: LoadedModel | LoadedSpace, reach: Reach, word: str) ->
     """Return the default folder of an answer: next to the results of the run."""
     results = Path(loaded.file.output.folder or f"out/{loaded.path.stem}")
     return reach.output(str(results.with_name(f"{results.name}-{word}")) if results.name else word)
+
+
+def limit_word(key: str) -> str:
+    """Return the end of the name of a limit's folder: each varied key has its own.
+
+    Examples
+    --------
+    >>> limit_word("joint.bedding/2.friction")
+    'limit-joint.bedding_2.friction'
+    """
+    return LIMIT + re.sub(r"[^\w.+-]", "_", key)
 
 
 def ask_safety(
@@ -59,7 +71,7 @@ def ask_safety(
             variation, name = Variation(path, scripts=scripts), vary[0]
             good, bad = variation.ends(name, [typed(word) for word in vary[1:]])
             loaded = variation.model({})
-        folder = output or folder_beside(loaded, loaded.reach, "safety")
+        folder = output or folder_beside(loaded, loaded.reach, SAFETY if vary is None else limit_word(vary[0]))
         added = AddedFiles(folder)  # refused before anything is solved
         common |= {"options": loaded.options, "failure": failure, "report": progress.report}
         if vary is None:

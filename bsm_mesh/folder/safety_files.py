@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from bsm_mesh.errors import ResultsWarning
-from bsm_mesh.files import write_text
+from bsm_mesh.files import remove, write_text
 from bsm_mesh.folder.added_files import AddedFiles
-from bsm_mesh.folder.own_files import place_in
+from bsm_mesh.folder.own_files import clear, has_marker, own_files, place_in
 from bsm_mesh.folder.storage import save_results
 from bsm_mesh.modelfile.build import LoadedModel
 from bsm_mesh.safety.answer import Safety
@@ -18,6 +18,8 @@ from bsm_mesh.text.csv_tables import csv_text
 from bsm_mesh.text.safety_text import told_of
 
 ANSWER = "safety.json"
+SAFETY, LIMIT = "safety", "limit-"  # ends of the names of its folders; the varied key follows LIMIT
+MECHANISM, MOVEMENT = "mechanism.png", "movement.png"
 STATES = {"stable": "last stable", "unstable": "first unstable"}
 TRIALS_HEADER = ("value", "verdict", "movement_over_size", "failed_blocks", "status", "seconds", "reason")
 
@@ -33,17 +35,21 @@ def write_safety(answer: Safety, loaded: LoadedModel, added: AddedFiles) -> list
     title = loaded.model.title or loaded.path.stem
     head = {"title": title, "model_hash": loaded.model.digest, "report": loaded.file.report.model_dump()}
     names = [ANSWER, "trials.csv"]
+    for name in {MECHANISM, MOVEMENT} & own_files(added.folder.place):
+        remove(place_in(added.folder.place, name))  # of the answer before this one
     with added.file(ANSWER) as draft:
         _write_json({**head, **told_of(answer)}, draft)
     with added.file("trials.csv") as draft:
         _write_trials(answer, draft)
     for name in STATES:
-        value = getattr(answer, name)
+        value, place = getattr(answer, name), place_in(added.folder.path, name, itself=True)
         if value in answer.states:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ResultsWarning)  # a law of the user's own is in no file
-                save_results(answer.states[value], place_in(added.folder.path, name, itself=True))
+                save_results(answer.states[value], place)
             names.append(f"{name}/")
+        elif has_marker(place):
+            clear(place)  # a state of the answer before this one
     return names
 
 

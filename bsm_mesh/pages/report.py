@@ -20,6 +20,7 @@ from bsm_mesh.pages.report_answers import (
     is_study,
     key_blocks_content,
     key_blocks_page,
+    limits_beside,
     safety_content,
     study_content,
 )
@@ -107,12 +108,19 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
         state = next((out / name for name in answer["states"] if (out / name / SUMMARY).is_file()), None)
         results = {} if state is None else _results(state, progress, pictures=pictures)
         heading = f"{answer['answer']} ({answer['state_shown']})" if state is not None else answer["answer"]
-        return {**results, "title": answer["title"], "heading": heading, "fields": answer["fields"], "safety": answer}
+        return {
+            **results,
+            "title": answer["title"],
+            "heading": heading,
+            "fields": answer["fields"],
+            "answers": [answer],
+        }
     content = _results(out, progress, pictures=pictures)
     digest = content["model_hash"]
     beside = answer_beside(out, "safety", ANSWER, digest) if safety is None else safety
     key_blocks = answer_beside(out, "key-blocks", RECORD, digest)
-    content |= {} if beside is None else {"safety": safety_content(beside)}
+    folders = [*([] if beside is None else [beside]), *limits_beside(out, digest)]
+    content["answers"] = [safety_content(each) for each in folders]
     return content if key_blocks is None else {**content, "key_blocks": key_blocks_content(key_blocks)}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,16 +13,16 @@ import numpy as np
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.key_block_files import NET, PICTURE, RECORD, read_key_blocks
 from bsm_mesh.folder.own_files import read_json
-from bsm_mesh.folder.safety_files import ANSWER, STATES
+from bsm_mesh.folder.safety_files import ANSWER, LIMIT, MECHANISM, MOVEMENT, STATES
 from bsm_mesh.folder.study_folder import IDENTITY, STUDY, SUMMARY
 from bsm_mesh.modelfile.model_text import MODEL
 from bsm_mesh.pages.report_results import SPACE, input_tables, picture_data
+from bsm_mesh.safety.answer import FACTOR
 from bsm_mesh.text.headings import PICTURES_FOLDER
 from bsm_mesh.text.key_block_text import key_block_lines, key_block_table, unstable_rows
 from bsm_mesh.text.safety_text import rows_of
 from bsm_mesh.text.study_tables import study_rows
 
-MECHANISM, MOVEMENT = "mechanism.png", "movement.png"
 BLOCK_THEORY = (
     "Block theory (Goodman and Shi 1985): blocks are rigid and translate; they do not rotate.",
     "Stress in the rock round a block is not considered.",
@@ -36,8 +37,15 @@ def answer_beside(out: Path, word: str, record: str, model_hash: str) -> Path | 
     return beside if read_json(beside / record).get("model_hash") == model_hash else None
 
 
+def limits_beside(out: Path, model_hash: str) -> list[Path]:
+    """Return the folders ``OUT-limit-KEY`` whose limits are of a model with this digest, by name."""
+    folder = out.absolute()
+    found = sorted(folder.parent.glob(f"{glob.escape(folder.name)}-{LIMIT}*"))
+    return [each for each in found if read_json(each / ANSWER).get("model_hash") == model_hash]
+
+
 def safety_content(folder: Path) -> dict[str, Any]:
-    """Return the part of the page on a factor of safety.
+    """Return the part of the page on a factor of safety, or on the limit of a key.
 
     Raises
     ------
@@ -50,6 +58,7 @@ def safety_content(folder: Path) -> dict[str, Any]:
         states = [name for name in STATES if told[name] is not None]
         return {
             "title": told["title"],
+            "heading": "Factor of safety" if told["quantity"] == FACTOR else f"Limit of {told['quantity']}",
             "fields": told["report"],
             "answer": told["answer"],
             "rows": rows_of(told),

@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.folder.added_files import AddedFiles
+from bsm_mesh.folder.safety_files import MECHANISM, MOVEMENT
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.pictures.canvas import FALLS, LETTERS, LINE, ROCKS, Sheet, add_key
 from bsm_mesh.pictures.figures import TEXT, entitle, paper, save
@@ -37,13 +38,13 @@ SHOWN = 0.5  # sizes of the largest block that fails: what moved further is draw
 
 def draw_safety(answer: Safety, movement: float, title: str, added: AddedFiles) -> list[str]:
     """Draw the pictures of an answer into its folder, and return their names; `movement` counts as failure."""
-    with added.file("movement.png") as draft:
+    with added.file(MOVEMENT) as draft:
         draw_movement(answer, movement, title, draft)
     if not answer.states or any(in_space(state.blocks) for state in answer.states.values()):
-        return ["movement.png"]
-    with added.file("mechanism.png") as draft:
+        return [MOVEMENT]
+    with added.file(MECHANISM) as draft:
         draw_mechanism(answer, title, draft)
-    return ["movement.png", "mechanism.png"]
+    return [MOVEMENT, MECHANISM]
 
 
 def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Path) -> None:

@@ -18,6 +18,8 @@ from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Trial
 from bsm_mesh.safety.mechanism import Mechanism, mechanism_of
 
+FACTOR = "factor of safety"  # the quantity of strength reduction
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:

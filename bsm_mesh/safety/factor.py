@@ -14,7 +14,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.values import Rules
-from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
+from bsm_mesh.safety.answer import FACTOR, Safety, Settings, answer_of, notes_on, run_options
 from bsm_mesh.safety.bound import Limit, limit_of
 from bsm_mesh.safety.bracket import Bracket, Range
 from bsm_mesh.safety.criterion import Failure
@@ -130,9 +130,7 @@ def factor_of_safety(
             continue
         others.append((text, _search(other_runs, limit, settings, report).bracket))
     notes += _on_spread(found.bracket, others)
-    answer = answer_of(
-        found, limit, "factor of safety", name, STARTS[runs.start].format(stage=name), reduction.words(model)
-    )
+    answer = answer_of(found, limit, FACTOR, name, STARTS[runs.start].format(stage=name), reduction.words(model))
     return replace(answer, spread=tuple(others), notes=tuple(notes), beside=beside(found.bracket, limit, settings))
 
 

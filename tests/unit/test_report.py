@@ -183,6 +183,21 @@ def test_the_factor_of_safety_of_the_model_is_on_the_first_page(answered):
         assert fields == {"project": "Road &lt;7&gt;", "author": "B. Other"}
 
 
+def test_the_limit_of_a_key_is_no_factor_of_safety(answered, tmp_path):
+    """The page names the key, beside the results and alone."""
+    folders = tmp_path / "out", tmp_path / "out-limit-gravity.horizontal"
+    for old, new in zip(answered, folders, strict=True):
+        shutil.copytree(old, new)
+    told = json.loads((folders[1] / "safety.json").read_text())
+    told |= {"quantity": "gravity.horizontal", "answer": "gravity.horizontal 0.3"}
+    (folders[1] / "safety.json").write_text(json.dumps(told))
+    for folder in folders:
+        page = report(folder, "--no-pictures")[1]
+        assert "<h2>Limit of gravity.horizontal</h2>" in page
+        assert "<strong>gravity.horizontal 0.3</strong>" in page
+        assert "Factor of safety" not in page
+
+
 def test_the_factor_of_another_model_is_left_out(answered, tmp_path):
     shutil.copytree(answered[1], tmp_path / "out-safety")
     bsm.run(incline(20.0, 30.0)).save(tmp_path / "out")

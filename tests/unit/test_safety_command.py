@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -86,6 +87,28 @@ def test_a_second_answer_takes_the_place_of_the_first(given, tmp_path):
         assert asked("safety", given, "-o", tmp_path / "out", "-q", "--tolerance", tolerance)[0] == 0
     told = json.loads((tmp_path / "out" / "safety.json").read_text(encoding="utf-8"))
     assert math.log(told["unstable"] / told["stable"]) <= 0.01
+
+
+@pytest.mark.heavy
+def test_states_of_the_answer_before_do_not_stay(given, tmp_path):
+    """The second answer has no state that fails, and its folder none either."""
+    assert asked("safety", given, "-o", tmp_path / "out", "-q", "--tolerance", 0.05)[0] == 0
+    assert (tmp_path / "out" / "unstable").is_dir()
+    asked("safety", given, "--vary", "joint.J.friction", 40, 39, "-o", tmp_path / "out", "-q")
+    assert json.loads((tmp_path / "out" / "safety.json").read_text(encoding="utf-8"))["unstable"] is None
+    assert not (tmp_path / "out" / "unstable").exists()
+
+
+@pytest.mark.heavy
+def test_each_varied_key_has_its_own_folder(given, tmp_path):
+    model = shutil.copytree(given.parent, tmp_path / "model") / "model.toml"
+    options = ["-q", "--tolerance", 0.05]
+    assert asked("safety", model, *options)[0] == 0
+    assert asked("safety", model, "--vary", "joint.J.friction", 40, 20, *options)[0] == 0
+    names = {"safety": "factor of safety", "limit-joint.J.friction": "joint.J.friction"}
+    for name, quantity in names.items():
+        told = json.loads((model.parent / name / "safety.json").read_text(encoding="utf-8"))
+        assert told["quantity"] == quantity
 
 
 def test_joints_are_named_one_after_the_other(given, tmp_path):
