@@ -282,9 +282,9 @@ def _one_side(blocks: Blocks, boundary: str, thing: str) -> IntArray:
     """Return the edges of a boundary on the side that stays."""
     if boundary not in blocks.boundaries and blocks.excavations:
         raise ModelError(
-            f"there is no boundary '{boundary}'{nearest(boundary, blocks.boundaries)}; the face of an excavation has a "
-            "name where the mesh gives it one (a curve boundary:NAME, RockMass(boundaries={...})); or give start and "
-            "end of each bolt, or a table"
+            f"there is no boundary '{boundary}'{nearest(boundary, blocks.boundaries)}; name the face of an excavation "
+            "by its line, [boundary.NAME] along = [[x, y], ...], or by a curve boundary:NAME of the mesh; or give "
+            "start and end of each bolt, or a table"
         )
     edges = blocks.boundary_edges(boundary)
     two_sided = ~np.isin(edges, blocks.outer_edges)

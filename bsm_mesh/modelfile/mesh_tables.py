@@ -96,4 +96,6 @@ class BoundaryTable(Table):
     above: Annotated[float, q.COORDINATE] | None = Field(default=None, description="least y")
     left_of: Annotated[float, q.COORDINATE] | None = Field(default=None, description="greatest x")
     right_of: Annotated[float, q.COORDINATE] | None = Field(default=None, description="least x")
-    along: list[Point] | None = Field(default=None, description="a line along which they lie")
+    along: list[Point] | None = Field(
+        default=None, description="a line along which they lie; of faces of excavations too"
+    )

@@ -245,7 +245,7 @@ def _assemble(
         *named.notes,
         *outlines.notes,
         *_no_rock_notes(cells, outlines, block_of),
-        *interior_notes(boundaries.edges, coverage, vertices),
+        *interior_notes(boundaries.edges, coverage.paired, vertices),
     )
     vars(blocks)["overlaps"] = overlaps  # none, which takes long to find out again
     return blocks, block_of, bolts, (*joints.loose, *boundaries.loose), notes

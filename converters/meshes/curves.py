@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -225,11 +225,11 @@ def _dividing(ends: FloatArray, vertices: FloatArray, offsets: IntArray) -> Bool
     return divides
 
 
-def interior_notes(boundaries: dict[str, IntArray], coverage: Coverage, vertices: FloatArray) -> list[Note]:
+def interior_notes(boundaries: Mapping[str, IntArray], paired: BoolArray, vertices: FloatArray) -> list[Note]:
     """Return a note on each boundary with rock on both sides."""
     notes = []
     for name, edges in boundaries.items():
-        inside = edges[coverage.paired[edges]]
+        inside = edges[paired[edges]]
         if inside.size:
             text = (
                 f"'boundary:{name}' lies between blocks along {inside.size} edges ({places(vertices[inside])}): right "

@@ -9,9 +9,10 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.cells import MeshCells
+from bsm_mesh.converters.meshes.curves import interior_notes
 from bsm_mesh.converters.meshes.laid_lines import along_line, lay_lines, with_joint
-from bsm_mesh.converters.meshes.report import Note, NoteKind
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.converters.meshes.report import Note, NoteKind, places
+from bsm_mesh.errors import ModelError, counted, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
 
@@ -22,6 +23,8 @@ OFF_A_LINE = 0.01  # of an edge's length: how far its ends and its middle may li
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Place:
     """Where the edges of a boundary are: on the rim of the model, and where all that is given holds for both ends.
+
+    A line also takes the edges on the faces of excavations.
 
     Attributes
     ----------
@@ -107,28 +110,52 @@ def mark(blocks: Blocks, marks: Marks, cells: MeshCells, block_of: LongArray) ->
             notes.append(Note(kind=NoteKind.LOST, name=f"joint:{joint}", count=0, text=text))
     found = {}
     for name, place in marks.boundaries.items():
-        found[name] = edges_at(blocks, place)
+        found[name], left_out = edges_at(blocks, place)
         if not found[name].size:
-            faults.append(f"boundary '{name}': {place.said}: no edge of the rim lies there; {_extent(blocks)}")
+            where = "of the rim" if place.along is None else "of the rim or of an excavation's face"
+            faults.append(f"boundary '{name}': {place.said}: no edge {where} lies there; {_extent(blocks)}")
+        elif left_out.size:
+            text = (
+                f"boundary '{name}': {counted(left_out.size, 'edge')} along its line "
+                f"({places(blocks.vertices[left_out])}) not taken: rock on both sides, and no excavation on one of them"
+            )
+            notes.append(Note(kind=NoteKind.LOST, name=f"boundary:{name}", count=int(left_out.size), text=text))
     raise_faults(faults)
+    notes += interior_notes(found, ~blocks.edge_table.unpaired(), blocks.vertices)
     for name, edges in found.items():
         both = np.union1d(blocks.boundaries.get(name, np.empty(0, np.int32)), edges).astype(np.int32)
         blocks = replace(blocks, boundaries={**blocks.boundaries, name: both})
     return blocks, tuple(notes)
 
 
-def edges_at(blocks: Blocks, place: Place) -> IntArray:
-    """Return the edges of the rim at a place, (k,)."""
-    rim = np.flatnonzero(blocks.edge_table.unpaired())
-    ends = np.stack([blocks.vertices[rim], blocks.vertices[blocks.following[rim]]], axis=1)
+def edges_at(blocks: Blocks, place: Place) -> tuple[IntArray, IntArray]:
+    """Return the edges at a place, (k,), and those along its line that it does not take: within the rock."""
+    ends = np.stack([blocks.vertices, blocks.vertices[blocks.following]], axis=1)
     x, y = ends[..., 0], ends[..., 1]
-    inside = np.ones(len(rim), dtype=np.bool_)
+    inside = np.ones(len(ends), dtype=np.bool_)
     for value, limit in ((y, place.below), (-y, _minus(place.above)), (x, place.left_of), (-x, _minus(place.right_of))):
         if limit is not None:
             inside &= (value <= limit).all(axis=1)
     if place.along is not None:
-        inside &= along_line(ends, [place.along], OFF_A_LINE * np.hypot(*(ends[:, 1] - ends[:, 0]).T))
-    return rim[inside].astype(np.int32)
+        inside[inside] = along_line(
+            ends[inside], [place.along], OFF_A_LINE * np.hypot(*np.diff(ends[inside], axis=1)[:, 0].T)
+        )
+    taken = blocks.edge_table.unpaired()
+    if place.along is not None:
+        taken = taken | _on_faces(blocks)
+    return np.flatnonzero(inside & taken).astype(np.int32), np.flatnonzero(inside & ~taken).astype(np.int32)
+
+
+def _on_faces(blocks: Blocks) -> BoolArray:
+    """Return which edges lie on the face of an excavation: one of their two blocks is in it."""
+    one, other = blocks.edge_table.pairs()
+    found = np.zeros(len(blocks.vertices), dtype=np.bool_)
+    for ids in blocks.excavations.values():
+        dug = np.zeros(blocks.count, dtype=np.bool_)
+        dug[ids] = True
+        at = dug[blocks.owner[one]] != dug[blocks.owner[other]]
+        found[one[at]] = found[other[at]] = True
+    return found
 
 
 def _minus(value: float | None) -> float | None:

@@ -199,7 +199,10 @@ def _boundaries(graph: Graph, pieces: Pieces, mass: RockMass, outer: IntArray) -
     for name, line in mass.boundaries.items():
         near = shapely.dwithin(shapely.points(ends), shapely.LineString(line), 2 * mass.grid).all(axis=1)
         if not near.any():
-            raise GeometryError(f"boundary '{name}': no outer edge lies along the line given for it")
+            raise GeometryError(
+                f"boundary '{name}': no outer edge lies along the line given for it; name the face of an "
+                "excavation in the model file, [boundary.NAME] along = [[x, y], ...]"
+            )
         if name not in names:
             names.append(name)
         side[near] = names.index(name)

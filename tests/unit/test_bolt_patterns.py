@@ -74,7 +74,7 @@ def test_row_round_an_opening_to_come():
     assert len(found) == 4
     assert_allclose(np.hypot(*(found[:, 0] - 1.5).T), 0.5)
     assert_allclose(np.hypot(*(middle - 1.5).T), 0.75)
-    with pytest.raises(bsm.ModelError, match=r"no boundary 'face'.*the face of an excavation has a name where"):
+    with pytest.raises(bsm.ModelError, match=r"no boundary 'face'.*name the face of an excavation by its line"):
         row_of_bolts(opening(True), boundary="face", length=0.5, interval=1.0, diameter=0.02)
     with pytest.raises(bsm.ModelError, match="rock on both sides"):
         row_of_bolts(opening(False), boundary="wall", length=0.5, interval=1.0, diameter=0.02)

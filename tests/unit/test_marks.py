@@ -14,6 +14,7 @@ from bsm_mesh.converters import convert_mesh
 from bsm_mesh.converters.meshes.marks import Marks, Place
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolt_patterns import row_of_bolts
 from bsm_mesh.model.overlap import find_overlaps
 from tests.scenes.small_case import Case
 
@@ -53,6 +54,26 @@ def test_boundaries_by_place() -> None:
     }
     assert report.groups["boundary:bottom"] == 10
     assert (blocks.vertices[blocks.boundaries["bottom"], 1] == 0).all()
+
+
+def test_a_line_along_the_face_of_an_excavation_takes_it_for_a_row_of_bolts() -> None:
+    """Both sides of it; the bolts are in the rock that stays."""
+    face = Place(along=np.array([(4, 0), (4, 5)]))
+    blocks, report = marked(Marks(boundaries={"face": face}), {"excavation:west": WEST["WEST"]})
+    assert len(blocks.boundaries["face"]) == 10
+    assert any("right for the face of a later excavation" in note.text for note in report.notes)
+    bolts = row_of_bolts(blocks, boundary="face", length=2, interval=1, diameter=0.02)
+    assert_allclose([bolt.start for bolt in bolts], [(4, y) for y in (4.5, 3.5, 2.5, 1.5, 0.5)])
+    assert_allclose([bolt.end for bolt in bolts], [(6, y) for y in (4.5, 3.5, 2.5, 1.5, 0.5)])
+
+
+def test_edges_within_the_rock_along_a_line_are_named() -> None:
+    line = np.array([(6, 5), (6, 0), (10, 0)])
+    blocks, report = marked(Marks(boundaries={"toe": Place(along=line)}))
+    assert len(blocks.boundaries["toe"]) == 4
+    assert ["10 edges along its line" in note.text for note in report.notes if "'toe'" in note.text] == [True]
+    with pytest.raises(ModelError, match="no edge of the rim or of an excavation's face lies there"):
+        marked(Marks(boundaries={"face": Place(along=line[:2])}))
 
 
 def test_a_boundary_where_nothing_is_tells_how_far_the_model_goes() -> None:
