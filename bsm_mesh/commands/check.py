@@ -26,7 +26,7 @@ from bsm_mesh.solve.zones.scheme import zone_time_steps, zoned
 from bsm_mesh.text.flow_given import given_flow, given_rows
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality_summary
-from bsm_mesh.text.shaking_given import expected_rows
+from bsm_mesh.text.shaking_given import expected_notes, expected_rows
 from bsm_mesh.text.space_quality import space_rows, space_summary
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
@@ -99,6 +99,7 @@ def check_model(
         progress.report("time steps of shaken stages")
         expected = zone_time_steps if has_zones(loaded.model) else time_steps_of
         shaken = expected(ready.model, loaded.options)
+        notes += tuple(expected_notes(shaken, loaded.model.blocks))
         progress.report("quality of the blocks")
         report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
     flow = [] if ready.flow is None else given_flow(loaded.model, ready.flow.joints)

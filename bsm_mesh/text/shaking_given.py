@@ -4,16 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bsm_mesh.errors import counted, named_stage
+from bsm_mesh.errors import counted, named_stage, place
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.motion.time_steps import TimeSteps
 from bsm_mesh.text.tables import engineering
 
-ORDERS = ((30, "less than a minute"), (600, "minutes"), (3600, "tens of minutes"), (86_400, "hours"))  # up to so many s
+ORDERS = (
+    (30, "less than a minute"),
+    (600, "minutes"),
+    (3600, "tens of minutes"),
+    (86_400, "hours"),
+    (3e6, "days"),
+)  # up to so many s
 
 
 def expected_rows(estimates: Iterable[TimeSteps]) -> list[tuple[str, str]]:
     """Return a row a shaken stage: integrator, number and length of its time steps, order of its processor time."""
     return [(f"shaking in {named_stage(each.stage)}", _expected(each)) for each in estimates]
+
+
+def expected_notes(estimates: Iterable[TimeSteps], blocks: Blocks) -> list[str]:
+    """Return a note on every shaken stage whose time step one small block decides: which one, and the cures."""
+    return [
+        f"{named_stage(each.stage)}: block {each.block} at {place(blocks.moments.centroid[each.block].round(3))} m, "
+        f"{engineering(float(blocks.moments.area[each.block]), 'm2')}, makes the time step {each.shorter:.2g} times "
+        "shorter than the median block does; merge slivers with bsm-mesh check --repair FILE, change spacing or seed "
+        "of the joints, or set mass_scaling in [stage.shaking]"
+        for each in estimates
+        if each.block is not None
+    ]
 
 
 def _expected(each: TimeSteps) -> str:
@@ -27,7 +46,7 @@ def order_of(seconds: float) -> str:
 
     Examples
     --------
-    >>> order_of(4.0), order_of(200.0), order_of(3e5)
-    ('less than a minute', 'minutes', 'days')
+    >>> order_of(4.0), order_of(200.0), order_of(3e5), order_of(5e7)
+    ('less than a minute', 'minutes', 'days', 'months or more')
     """
-    return next((words for most, words in ORDERS if seconds <= most), "days")
+    return next((words for most, words in ORDERS if seconds <= most), "months or more")

@@ -1,6 +1,7 @@
 """Time steps of shaken stages that `bsm-mesh check` expects: those that the run takes."""
 
 import json
+import math
 
 import pytest
 
@@ -72,6 +73,24 @@ def test_check_says_the_time_steps_before_the_run(tmp_path, capsys):
     (found,) = json.loads(capsys.readouterr().out)["shaking"]
     assert found["integrator"] == "explicit"
     assert found["steps"] * found["time_step"] == pytest.approx(EXPLICIT.length)
+
+
+def test_check_names_the_sliver_that_decides_the_time_step(tmp_path, capsys):
+    """A sliver of 2 mm beside blocks of 1 m; a block with a lower number is excavated before the shaking."""
+    polygons = [rectangle(-3, -1, 5, 0), rectangle(-3, 0, -2, 1), *(rectangle(x, 0, x + 1, 1) for x in (0, 1.5, 3))]
+    polygons.append(rectangle(-1.5, 0, -1.498, 0.002))
+    stages = [bsm.Stage(name="pit", excavate=[1]), bsm.Stage(name=STAGE, shaking=EXPLICIT)]
+    model = shaken(polygons, EXPLICIT).replace(stages=stages)
+    (expected,) = estimates(model)
+    assert expected.block == 5
+    assert expected.shorter == pytest.approx(math.sqrt(500), rel=1e-6)  # springs over masses: a length over its square
+    assert estimates(shaken(polygons[:-1], EXPLICIT))[0].block is None
+    bsm.run(model).save(tmp_path / "out")
+    check_model(tmp_path / "out" / "model.toml", quiet=True)
+    told = " ".join(capsys.readouterr().out.split())
+    assert f"note: stage {STAGE}: block 5 at (-1.499, 0.001) m" in told
+    assert "22 times shorter" in told
+    assert "merge slivers with bsm-mesh check --repair FILE" in told
 
 
 def test_the_order_of_a_time_is_in_words():

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
@@ -10,7 +16,8 @@ from bsm_mesh.model.stages import presence
 from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.solve.continuation.scheme import ContinuationScheme
-from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated
+from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
+from bsm_mesh.solve.motion.time_steps import SHORT, TimeSteps, estimated
 from bsm_mesh.solve.stages.new_faces import concatenate
 
 
@@ -41,5 +48,16 @@ def time_steps_of(model: Model, options: Options) -> list[TimeSteps]:
             continue
         in_stage, water = model_in_stage(model, number), water_in_stage(model, number)
         part = submodel_of(in_stage, now, bars, concatenate(forces), water, model.face_water)
-        found.append(estimated(stage.name, stage.shaking, scheme.blocks_before_shaking(part, number)))
+        blocks = scheme.blocks_before_shaking(part, number)
+        estimate = estimated(stage.name, stage.shaking, blocks)
+        if isinstance(blocks, ShakenMotion):
+            estimate = replace(estimate, **_shortest(blocks.step_of_block, part.block))
+        found.append(estimate)
     return found
+
+
+def _shortest(steps: FloatArray, number: IntArray) -> dict[str, Any]:
+    """Return the block that decides the time step, by the steps of all (n,) [s] and their numbers, if one does."""
+    block, limited = int(steps.argmin()), steps[np.isfinite(steps)]
+    shorter = float(np.median(limited)) / float(steps[block]) if limited.size else 1.0
+    return {"block": int(number[block]), "shorter": shorter} if shorter >= SHORT else {}

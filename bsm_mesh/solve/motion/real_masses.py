@@ -75,6 +75,14 @@ class RealMasses(Masses):
         steps = (1 / np.sqrt(needed) if needed > 0 else np.inf, np.sqrt(2 * window * d / GRAVITY))
         self.stable = min(self.stable, *map(float, steps))
 
+    @property
+    def step_of_block(self) -> FloatArray:
+        """The time step that each block allows (n,) [s], by its springs alone; infinite where it is fixed or free."""
+        free = ~self._system.prescribed_blocks[:, None]
+        needed = np.where(free, self._least_masses / self._shaking.mass_scaling / self.real, 0.0).max(axis=1)
+        with np.errstate(divide="ignore"):
+            return np.asarray(1 / np.sqrt(needed), dtype=np.float64)
+
     def _needed_by_dashpots(self, weighed: Weighed) -> float:
         """Return the least inverse square of the time step [1/s2] with which dashpots let no wave grow; 0: none.
 

@@ -90,6 +90,11 @@ class ShakenMotion(ExplicitMotion):
         """The time step with the present contacts [s]: a part of the stable one."""
         return self._masses.stable
 
+    @property
+    def step_of_block(self) -> FloatArray:
+        """The time step that each block allows (n,) [s], as in `RealMasses`."""
+        return self._masses.step_of_block
+
     def steps_to(self, until: float) -> int:
         """Return the number of time steps to a time [s], with the present contacts."""
         return max(1, int(np.ceil((until - self.memory.time) / self.stable * (1 - 1e-9))))

@@ -9,6 +9,8 @@ from typing import Any
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.shaken_motion import UNDAMPED
 
+SHORT = 5.0  # times shorter than that of the median block: such a block decides how long a run takes
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimeSteps:
@@ -30,6 +32,10 @@ class TimeSteps:
     seconds : float [s]
         Processor time of the shaking on this machine, from a few of its time steps. Following blocks to rest is not
         in it.
+    block : int or None
+        The block with the shortest time step, where the median block allows `SHORT` times as long a one.
+    shorter : float
+        How many times as long.
     """
 
     stage: str
@@ -37,6 +43,8 @@ class TimeSteps:
     time_step: float
     steps: int
     seconds: float
+    block: int | None = None
+    shorter: float = 1.0
 
 
 def estimated(name: str, shaking: Shaking, blocks: Any) -> TimeSteps:
