@@ -25,8 +25,7 @@ from bsm_mesh.pages.report_answers import (
     study_content,
 )
 from bsm_mesh.pages.report_results import content_of, picture_data
-from bsm_mesh.pictures.plot import draw_in_subprocess, in_silence
-from bsm_mesh.text.headings import PICTURES_FOLDER
+from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess, in_silence
 
 REPORT, TEMPLATE = "report.html", "report.html.j2"
 
@@ -125,9 +124,9 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
 
 
 def _results(out: Path, progress: Callable[[str], None], *, pictures: bool) -> dict[str, Any]:
-    if pictures and not list((out / PICTURES_FOLDER).glob("*.png")):
-        progress("pictures")
-        draw_in_subprocess(out, report=progress)
+    if pictures:
+        progress("pictures that are missing")
+        draw_in_subprocess(out, PictureChoice(for_report=True), progress)
     progress(f"checking the verdicts of {out}")
     return content_of(out)
 

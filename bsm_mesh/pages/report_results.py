@@ -23,6 +23,7 @@ from bsm_mesh.model.quantities import quantities_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.model_text import MODEL
 from bsm_mesh.movements import distances
+from bsm_mesh.pictures.plot import EARLIER
 from bsm_mesh.reading import refuse_special
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -53,7 +54,6 @@ ASSUMPTIONS = (
 )
 PNG = b"\x89PNG\r\n\x1a\n"  # how every such file begins
 OVERVIEW = "model"  # the picture on the first page
-EARLIER = ("displacement", "joints_state", "bolts")  # what the page shows of stages before the last
 QUANTITIES_OF: dict[str, tuple[type, ...]] = {
     "rock": (Rock,),
     "joint": (Joint, *LAWS.values()),

@@ -49,7 +49,7 @@ from bsm_mesh.pictures.joint_pictures import (
     draw_utilisation,
 )
 from bsm_mesh.pictures.line_pictures import draw_extensometers, draw_profiles
-from bsm_mesh.pictures.plot import BAD_INPUT, PictureChoice
+from bsm_mesh.pictures.plot import BAD_INPUT, EARLIER, PictureChoice
 from bsm_mesh.pictures.point_pictures import draw_points
 from bsm_mesh.pictures.scene import Scene, Window
 from bsm_mesh.pictures.shaking_pictures import (
@@ -199,22 +199,30 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> Iterator[Path]:
     results = load_results(folder)
     for name, path in choice.beside:
         results = with_sources(results, {name: path})
+
+    def is_there(name: str) -> bool:
+        return choice.for_report and (added.folder.place / PICTURES_FOLDER / name).is_file()
+
     nothing = True
     stages = range(len(results.stages)) if choice.stage is None else [stage_number(results, choice.stage)]
     for number in stages:
         title = stage_heading(results, number)
         scene = scene_of(results, number, title, window=choice.window, look=choice.look)
-        suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
+        is_last = number == len(results.stages) - 1
+        suffix = "" if is_last else f"_stage_{number}"
         suffix += "" if choice.window is None else "_window"
-        of_place = [name for name in names if name in PICTURES]
-        charts = [name for name in names if name in OF_A_STAGE and choice.window is None]
+        mine = [name for name in names if is_last or not choice.for_report or name in EARLIER]
+        of_place = [name for name in mine if name in PICTURES]
+        charts = [name for name in mine if name in OF_A_STAGE and choice.window is None]
         for name in [*of_place, *charts]:
+            if is_there(f"{name}{suffix}.png"):
+                continue
             figure = _figure(scene, name) if name in PICTURES else _chart(results, number, name)
             if figure is not None:
                 nothing = False
                 yield add_picture(added, f"{name}{suffix}.png", partial(save, figure))
     for name in [name for name in names if name in OF_THE_RUN and choice.window is None]:
-        figure = _chart(results, -1, name)
+        figure = None if is_there(f"{name}.png") else _chart(results, -1, name)
         if figure is not None:
             nothing = False
             yield add_picture(added, f"{name}.png", partial(save, figure))

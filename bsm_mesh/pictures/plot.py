@@ -16,6 +16,7 @@ from bsm_mesh.processes import python_command, run_with_lines
 from bsm_mesh.text.headings import PICTURES_FOLDER
 
 BAD_INPUT = 2  # exit code of the drawing process where the results or what is asked for are at fault
+EARLIER = ("displacement", "joints_state", "bolts")  # what a report shows of stages before the last
 CURE = "use the results without pictures"
 
 
@@ -35,6 +36,8 @@ class PictureChoice:
         Names of pictures, or words that several begin with, as ``joints``; by default all.
     beside : tuple of (name, path)
         Tables, and folders of other runs, that are compared with the histories; the name may be empty.
+    for_report : bool
+        Only those of a report that are not there yet: of stages before the last `EARLIER`.
     """
 
     stage: str | None = None
@@ -42,6 +45,7 @@ class PictureChoice:
     look: tuple[float, float] | None = None
     only: tuple[str, ...] = ()
     beside: tuple[tuple[str, str], ...] = ()
+    for_report: bool = False
 
 
 def in_silence(_: str) -> None:
