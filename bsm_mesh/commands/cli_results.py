@@ -70,7 +70,9 @@ def plot(
 @click.command()
 @click.argument("out", type=PATH)
 @click.option("--no-pictures", is_flag=True, help="Draw none; existing pictures are shown.")
-@click.option("--project", default="", help="Name of the project; by default that of [report] in the model file.")
+@click.option(
+    "--project", default="", help="Name of the project; by default that of [report] in the model file as run."
+)
 @click.option("--author", default="", help="Author; by default that of [report] in the model file.")
 @click.option("--date", default="", help="Date; by default that of [report] in the model file.")
 @click.option("--picture", type=PATH, metavar="PNG", help="Overview on the first page; by default the model's picture.")
@@ -88,7 +90,13 @@ def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> 
     with reading(out) as progress:
         from bsm_mesh.pages.report import ReportFields, write_report
 
-        path = write_report(out, progress.often, pictures=not no_pictures, fields=ReportFields(**fields), safety=safety)
+        notes: list[str] = []
+        head = ReportFields(**fields)
+        path = write_report(
+            out, progress.often, pictures=not no_pictures, fields=head, safety=safety, note=notes.append
+        )
+    for text in notes:
+        say(f"note: {text}", err=True)
     say(path)
 
 

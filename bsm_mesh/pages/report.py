@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import resources
@@ -55,6 +56,7 @@ def write_report(
     pictures: bool = True,
     fields: ReportFields | None = None,
     safety: Path | None = None,
+    note: Callable[[str], None] = in_silence,
 ) -> Path:
     """Write the report of a folder into it and return its path.
 
@@ -71,6 +73,8 @@ def write_report(
     safety : Path, optional
         The folder of the factor of safety for the first page of a run's report; by default ``OUT-safety`` if it
         belongs to the same model.
+    note : callable
+        Gets a sentence on what a reader of the page may not expect.
 
     Raises
     ------
@@ -83,6 +87,8 @@ def write_report(
     added = AddedFiles(out) if not is_study(out) else None
     with damage_told(out):
         content = _content(out, progress, pictures=pictures, safety=safety)
+    for text in (*_other_model(content), *_edited_fields(out, content["fields"])):
+        note(text)
     content["fields"] = _fields(chosen, content["fields"])
     if chosen.picture is not None:
         content["overview"] = _overview(chosen.picture)
@@ -121,6 +127,37 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
     folders = [*([] if beside is None else [beside]), *limits_beside(out, digest)]
     content["answers"] = [safety_content(each) for each in folders]
     return content if key_blocks is None else {**content, "key_blocks": key_blocks_content(key_blocks)}
+
+
+def _other_model(content: dict[str, Any]) -> list[str]:
+    """Note on the page each answer that is of another model than the results, and return the notes."""
+    found = []
+    for answer in content.get("answers", ()):
+        if answer["model_hash"] != content.get("model_hash", answer["model_hash"]):
+            text = f"'{answer['answer']}' is of another model than these results (SHA-256 {answer['model_hash']})"
+            answer["notes"] = [*answer["notes"], text]
+            found.append(text)
+    return found
+
+
+def _edited_fields(out: Path, fields: Mapping[str, Any]) -> list[str]:
+    """Return a note where ``NAME.toml`` of the results ``out/NAME`` has another head than when it was run."""
+    folder = out.absolute()
+    source = folder.parent.parent / f"{folder.name}.toml"
+    if folder.parent.name != "out" or not source.is_file():
+        return []
+    try:
+        now = tomllib.loads(source.read_text(encoding="utf-8")).get("report", {})
+    except (OSError, ValueError):
+        return []
+    if {name: value for name, value in now.items() if value} == {
+        name: value for name, value in fields.items() if value
+    }:
+        return []
+    return [
+        f"[report] in {source} is not that of the run, which the page shows; give --project, --author, --date, or run "
+        "the model again"
+    ]
 
 
 def _results(out: Path, progress: Callable[[str], None], *, pictures: bool) -> dict[str, Any]:

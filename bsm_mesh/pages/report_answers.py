@@ -60,6 +60,7 @@ def safety_content(folder: Path) -> dict[str, Any]:
             "title": told["title"],
             "heading": "Factor of safety" if told["quantity"] == FACTOR else f"Limit of {told['quantity']}",
             "fields": told["report"],
+            "model_hash": told["model_hash"],
             "answer": told["answer"],
             "rows": rows_of(told),
             "notes": told["remarks"],

@@ -219,8 +219,22 @@ def test_the_factor_of_another_model_is_left_out(answered, tmp_path):
     shutil.copytree(answered[1], tmp_path / "out-safety")
     bsm.run(incline(20.0, 30.0)).save(tmp_path / "out")
     assert "Factor of safety" not in report(tmp_path / "out", "--no-pictures")[1]
-    forced = report(tmp_path / "out", "--no-pictures", "--safety", str(tmp_path / "out-safety"))[1]
+    outcome, forced = report(tmp_path / "out", "--no-pictures", "--safety", str(tmp_path / "out-safety"))
     assert "Factor of safety" in forced
+    assert "of another model than these results" in forced
+    assert "of another model than these results" in outcome.stderr
+    assert "another model" not in "".join(report(answered[0], "--no-pictures")[0].stderr)
+
+
+def test_a_head_that_was_edited_after_the_run_is_named(answered, tmp_path):
+    folder = shutil.copytree(answered[0], tmp_path / "out" / "model")
+    source = tmp_path / "model.toml"
+    shutil.copy(answered[0] / "model.toml", source)
+    assert report(folder, "--no-pictures")[0].stderr.count("note: ") == 0
+    source.write_text(source.read_text(encoding="utf-8").replace("A. Engineer", "B. Other"), encoding="utf-8")
+    outcome, page = report(folder, "--no-pictures")
+    assert f"[report] in {source} is not that of the run" in outcome.stderr
+    assert "A. Engineer" in page
 
 
 def test_an_overview_of_ones_own(answered, tmp_path):
