@@ -70,9 +70,7 @@ def plot(
 @click.command()
 @click.argument("out", type=PATH)
 @click.option("--no-pictures", is_flag=True, help="Draw none; existing pictures are shown.")
-@click.option(
-    "--project", default="", help="Name of the project; by default that of [report] in the model file as run."
-)
+@click.option("--project", default="", help="Name of the project; by default that of [report] in the run's model file.")
 @click.option("--author", default="", help="Author; by default that of [report] in the model file.")
 @click.option("--date", default="", help="Date; by default that of [report] in the model file.")
 @click.option("--picture", type=PATH, metavar="PNG", help="Overview on the first page; by default the model's picture.")

@@ -87,7 +87,7 @@ def write_report(
     added = AddedFiles(out) if not is_study(out) else None
     with damage_told(out):
         content = _content(out, progress, pictures=pictures, safety=safety)
-    for text in (*_other_model(content), *_edited_fields(out, content["fields"])):
+    for text in (*content.get("strangers", ()), *_edited_fields(out, content["fields"])):
         note(text)
     content["fields"] = _fields(chosen, content["fields"])
     if chosen.picture is not None:
@@ -126,14 +126,15 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
     key_blocks = answer_beside(out, "key-blocks", RECORD, digest)
     folders = [*([] if beside is None else [beside]), *limits_beside(out, digest)]
     content["answers"] = [safety_content(each) for each in folders]
+    content["strangers"] = _of_other_models(content["answers"], digest)
     return content if key_blocks is None else {**content, "key_blocks": key_blocks_content(key_blocks)}
 
 
-def _other_model(content: dict[str, Any]) -> list[str]:
-    """Note on the page each answer that is of another model than the results, and return the notes."""
+def _of_other_models(answers: list[dict[str, Any]], model_hash: str) -> list[str]:
+    """Add a note to each answer that is of another model than the results, and return the notes."""
     found = []
-    for answer in content.get("answers", ()):
-        if answer["model_hash"] != content.get("model_hash", answer["model_hash"]):
+    for answer in answers:
+        if answer["model_hash"] != model_hash:
             text = f"'{answer['answer']}' is of another model than these results (SHA-256 {answer['model_hash']})"
             answer["notes"] = [*answer["notes"], text]
             found.append(text)
@@ -150,9 +151,7 @@ def _edited_fields(out: Path, fields: Mapping[str, Any]) -> list[str]:
         now = tomllib.loads(source.read_text(encoding="utf-8")).get("report", {})
     except (OSError, ValueError):
         return []
-    if {name: value for name, value in now.items() if value} == {
-        name: value for name, value in fields.items() if value
-    }:
+    if _fields(ReportFields(), now) == _fields(ReportFields(), fields):
         return []
     return [
         f"[report] in {source} is not that of the run, which the page shows; give --project, --author, --date, or run "

@@ -16,6 +16,7 @@ ORDERS = (
     (86_400, "hours"),
     (3e6, "days"),
 )  # up to so many s
+SHORT = 5.0  # times shorter than the time step of the median block: a block that decides how long a run takes
 
 
 def expected_rows(estimates: Iterable[TimeSteps]) -> list[tuple[str, str]]:
@@ -31,7 +32,7 @@ def expected_notes(estimates: Iterable[TimeSteps], blocks: Blocks) -> list[str]:
         "shorter than the median block does; merge slivers with bsm-mesh check --repair FILE, change spacing or seed "
         "of the joints, or set mass_scaling in [stage.shaking]"
         for each in estimates
-        if each.block is not None
+        if each.block is not None and each.shorter >= SHORT
     ]
 
 

@@ -17,7 +17,7 @@ from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
-from bsm_mesh.solve.motion.time_steps import SHORT, TimeSteps, estimated
+from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated
 from bsm_mesh.solve.stages.new_faces import concatenate
 
 
@@ -57,7 +57,8 @@ def time_steps_of(model: Model, options: Options) -> list[TimeSteps]:
 
 
 def _shortest(steps: FloatArray, number: IntArray) -> dict[str, Any]:
-    """Return the block that decides the time step, by the steps of all (n,) [s] and their numbers, if one does."""
+    """Return the block with the shortest of time steps (n,) [s] by its number, where any has one."""
     block, limited = int(steps.argmin()), steps[np.isfinite(steps)]
-    shorter = float(np.median(limited)) / float(steps[block]) if limited.size else 1.0
-    return {"block": int(number[block]), "shorter": shorter} if shorter >= SHORT else {}
+    if not limited.size:
+        return {}
+    return {"block": int(number[block]), "shorter": float(np.median(limited) / steps[block])}

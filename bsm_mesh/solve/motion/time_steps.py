@@ -9,8 +9,6 @@ from typing import Any
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.shaken_motion import UNDAMPED
 
-SHORT = 5.0  # times shorter than that of the median block: such a block decides how long a run takes
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimeSteps:
@@ -33,9 +31,9 @@ class TimeSteps:
         Processor time of the shaking on this machine, from a few of its time steps. Following blocks to rest is not
         in it.
     block : int or None
-        The block with the shortest time step, where the median block allows `SHORT` times as long a one.
+        The rigid block that allows the shortest time step; None of blocks with zones and the implicit integrator.
     shorter : float
-        How many times as long.
+        How many times as long a time step the median block allows.
     """
 
     stage: str
