@@ -82,6 +82,8 @@ def vector(components: Iterable[float], unit: str) -> str:
 
 def bolt_rows(bolts: BoltForces) -> list[tuple[str, str]]:
     """Return greatest force and greatest utilisation, which need not be of one bolt, and the bolts' states."""
+    if (bolts.status == BoltStatus.ABSENT).all():
+        return [("bolts", _bolt_counts(bolts))]
     worst, most_used = int(bolts.greatest_force.argmax()), "0"
     if bolts.utilisation.any():
         element = int(bolts.utilisation.argmax())
@@ -217,7 +219,7 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
     centroid, bulk = blocks.moments.centroid, blocks.moments.bulk
     down = stage.unstable_blocks[np.argsort(-bulk[stage.unstable_blocks], kind="stable")]
     whole = float(bulk[stage.present].sum())
-    weight, moved = _weights(results, stage), distances(stage.stage_displacement)
+    weight, moved = _weights(results, stage), distances(stage.displacement)
     return [
         (
             str(block),
@@ -269,7 +271,7 @@ def fall_reasons(results: Results) -> list[str]:
     return [f"{named_stage(name)}: {numbered('block', blocks)}: {reason}" for (name, reason), blocks in said.items()]
 
 
-STAGE_HEADER = ("stage", "verdict", "blocks", "displacement", "since the start")
+STAGE_HEADER = ("stage", "verdict", "blocks", "in the stage", "displacement")
 
 
 def stage_rows(results: Results) -> list[tuple[str, ...]]:
@@ -289,7 +291,7 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
 def joint_header(results: Results) -> tuple[str, ...]:
     """Return the header of `joint_rows`."""
     size = "length" if results.blocks.face_unit == "m" else "area"
-    return ("joint", size, "slips", "open", "mean pressure", "greatest slip")
+    return ("joint", size, "slipping", "open", "mean pressure", "shear displacement")
 
 
 def joint_rows(results: Results, stage: StageResult | None = None) -> list[tuple[str, ...]]:

@@ -10,7 +10,16 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.commands.demo import without_bolts
 from bsm_mesh.results.movement import part_of_size
-from bsm_mesh.text.tables import bolt_rows, describe, down_rows, falling, print_table
+from bsm_mesh.text.tables import (
+    STAGE_HEADER,
+    bolt_rows,
+    describe,
+    down_rows,
+    engineering,
+    falling,
+    print_table,
+    stage_rows,
+)
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
@@ -76,6 +85,24 @@ def test_greatest_force_and_greatest_utilisation_are_told_of_their_own_bolts() -
     used = np.where(stage.bolts.bolt == 1, 0.999997, 0.5)  # it slipped, and rests a hair below its strength
     told = dict(bolt_rows(replace(stage.bolts, utilisation=used)))
     assert told["bolts"] == "2 elastic (within 1 % of their strength: weak)"
+
+
+def test_a_displacement_is_since_the_start_as_in_the_files() -> None:
+    """A block settles in the first stage and rests in the second: the movement in a stage has another name."""
+    model = model_of([rectangle(-5, -1, 5, 0), rectangle(0, 0, 1, 1)], friction=30.0, stages=[bsm.Stage(name="later")])
+    results = bsm.run(model)
+    rows = [dict(zip(STAGE_HEADER, row, strict=True)) for row in stage_rows(results)]
+    assert rows[1]["displacement"] == engineering(results.stages[1].max_displacement, "m") != "0 m"
+    assert rows[0]["in the stage"] == rows[0]["displacement"]
+    assert rows[1]["in the stage"] == "0 m"
+
+
+def test_bolts_that_are_not_installed_yet_have_no_force() -> None:
+    bolt = bsm.Bolt(start=(0.5, 0.9), end=(0.5, -0.5), diameter=0.02, stage="bolts")
+    shapes = [rectangle(-5, -1, 5, 0), rectangle(0, 0, 1, 1)]
+    results = bsm.run(model_of(shapes, friction=30.0, bolts=[bolt], stages=[bsm.Stage(name="bolts")]))
+    assert bolt_rows(results.stages[0].bolts) == [("bolts", "1 absent")]
+    assert dict(bolt_rows(results.stages[1].bolts))["greatest force in a bolt"].startswith("0 N (")
 
 
 def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -> None:

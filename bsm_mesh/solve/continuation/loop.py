@@ -226,7 +226,7 @@ class Continuation:
         moved = float(distances(position).max())
         return (
             f"the limit of {self.options.max_steps} {steps} was reached with residual {residual:.1e}, a block having "
-            f"moved {moved:.3g} m; if that is failure set displacement_limit below it, else raise max_steps"
+            f"moved {moved:.3g} m; if that is failure set displacement_limit in [solver] below it, else raise max_steps"
         )
 
     def _set_residual_scale(self, contacts: Contacts, position: FloatArray) -> None:

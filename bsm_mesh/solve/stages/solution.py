@@ -326,7 +326,7 @@ def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
         notes.append(
             f"before it reached rest, {counted(large.size, 'block')} moved by more than a tenth of its size, up to "
             f"{moved[large].max():.3g} m: {numbered('block', large)}; if that is a failure, give a smaller "
-            "displacement_limit"
+            "displacement_limit in [solver]"
         )
     if small.size:
         notes.append(
