@@ -103,7 +103,9 @@ def _level(value: object) -> Any:
 _POINTS = {"type": "array", "items": {"type": "array", "items": schema_of(COORDINATE), "minItems": 2, "maxItems": 2}}
 LINES_SCHEMA: dict[str, Any] = {"anyOf": [_POINTS, {"type": "array", "items": _POINTS}]}
 Lines = Annotated[Any, PlainValidator(lines_of), WithJsonSchema(LINES_SCHEMA)]
-Level = Annotated[Any, PlainValidator(_level), WithJsonSchema({"anyOf": [*schema_of(COORDINATE)["anyOf"], _POINTS]})]
+Level = Annotated[
+    Any, COORDINATE, PlainValidator(_level), WithJsonSchema({"anyOf": [*schema_of(COORDINATE)["anyOf"], _POINTS]})
+]
 
 
 def _region(value: object) -> Any:

@@ -6,7 +6,7 @@ import base64
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -14,14 +14,13 @@ from bsm_mesh.errors import ModelError, counted, named_stage, numbered, place
 from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.folder.storage import load_results
 from bsm_mesh.folder.verify import grounds_in
-from bsm_mesh.model.bolts import Bolt
-from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.materials import Joint, Rock
-from bsm_mesh.model.quantities import quantities_of
-from bsm_mesh.model.water import Water
+from bsm_mesh.model.quantities import STRESS, STRESS_GRADIENT
+from bsm_mesh.modelfile.keys import quantity_within, table_within
+from bsm_mesh.modelfile.mesh_tables import Table
+from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.model_text import MODEL
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.movements import distances
 from bsm_mesh.pictures.plot import EARLIER
 from bsm_mesh.reading import refuse_special
@@ -54,13 +53,6 @@ ASSUMPTIONS = (
 )
 PNG = b"\x89PNG\r\n\x1a\n"  # how every such file begins
 OVERVIEW = "model"  # the picture on the first page
-QUANTITIES_OF: dict[str, tuple[type, ...]] = {
-    "rock": (Rock,),
-    "joint": (Joint, *LAWS.values()),
-    "bolt": (Bolt,),
-    "in situ": (InSitu,),
-    "water": (Water,),
-}
 OF_STAGE = re.compile(r"(.+)_stage_(\d+)")  # a picture of such a stage
 Rows = list[tuple[str, ...]]
 
@@ -197,40 +189,60 @@ def _quality(results: Results) -> Rows:
 def input_tables(model: str) -> list[tuple[str, Rows]]:
     """Return the tables of a model file as it was run, with units: rocks, joints and all else that is not empty."""
     content = tomllib.loads(model) if model else {}
-    tables: list[tuple[str, dict[str, Any]]] = []
+    file = SpaceFile if content.get("dimensions") == 3 else ModelFile
+    tables: list[tuple[str, dict[str, Any], type[Table] | None]] = []
     for kind in ("rock", "joint"):
-        tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
+        tables += [(f"{kind} {name}", table, _kind(file, kind)[1]) for name, table in content.get(kind, {}).items()]
     for kind in ("slope", "key_blocks", "gravity", "in_situ", "water", "flow", "falls", "solver"):
-        tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
-    for kind in ("joint_set", "joint_plane", "excavation", "support", "load", "bolt", "stage"):
+        tables += [(kind.replace("_", " "), content[kind], _kind(file, kind)[1])] if kind in content else []
+    for kind in ("joint_set", "joint_plane", "excavation", "support", "load", "bolt", "stage", "history"):
         name = kind.replace("_", " ")
-        tables += [(f"{name} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]
-    units = {kind: _units(*owners) for kind, owners in QUANTITIES_OF.items()}
-    found: list[tuple[str, Rows]] = []
-    for name, table in tables:
-        unit = units.get(name if name in units else name.split()[0], {})
-        found.append((name, [(k, _shown(v, unit.get(k, ""))) for k, v in table.items() if v not in ([], {}, "")]))
-    return found
+        given, schema = content.get(kind, []), _kind(file, kind)[1]
+        tables += [(f"{name} {table.get('name', k)}", table, schema) for k, table in enumerate(given, 1)]
+    return [(name, _rows_of(table, schema)) for name, table, schema in tables]
 
 
-def _units(*owners: type) -> dict[str, str]:
-    """Return the unit of every number of some dataclasses by its name, which is its key in a model file."""
-    return {name: quantity.unit for owner in owners for name, (quantity, _) in quantities_of(owner).items()}
+def _rows_of(table: dict[str, Any], schema: type[Table] | None) -> Rows:
+    """Return the keys of a table that are not empty, with the units that its schema gives their numbers."""
+    return [(key, _shown(value, *_kind(schema, key))) for key, value in table.items() if value not in ([], {}, "")]
 
 
-def _shown(value: Any, unit: str = "") -> str:
+def _kind(schema: type[Table] | None, key: str) -> tuple[str, type[Table] | None]:
+    """Return the unit of the numbers of a key, and the schema of the table that it holds."""
+    field = None if schema is None else schema.model_fields.get(key)
+    if field is None:
+        return "", None
+    annotation = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    quantity = quantity_within(annotation)
+    return "" if quantity is None else quantity.unit, table_within(annotation)
+
+
+def _shown(value: Any, unit: str = "", schema: type[Table] | None = None) -> str:
     """Return a value of a model file as a reader writes it; with a prefix where that loses no digit."""
-    if isinstance(value, float) and unit:
+    if isinstance(value, int | float) and not isinstance(value, bool) and unit:
         exact = float(f"{value:.4g}") == value and unit != "degrees"
         return engineering(value, unit) if exact else f"{value:.10g} {unit}"
     if isinstance(value, dict):
-        text = ", ".join(f"{key} {_part(each)}" for key, each in value.items() if each not in ([], {}))
+        told = {key: _kind(schema, key) if schema else (unit, None) for key in value}
+        text = ", ".join(f"{key} {_part(each, *told[key])}" for key, each in value.items() if each not in ([], {}))
     elif isinstance(value, list):
-        text = ", ".join(map(_part, value))
+        holds_tables = any(isinstance(each, dict) for each in value)
+        parts = ", ".join(_part(each, "", schema) for each in value)
+        text = parts if holds_tables or not unit else _with_unit(value, parts, unit)
     else:
         text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) < 200 else f"{text[:197]}..."
 
 
-def _part(value: Any) -> str:
-    return f"({_shown(value)})" if isinstance(value, list) else _shown(value)
+def _part(value: Any, unit: str = "", schema: type[Table] | None = None) -> str:
+    if isinstance(value, list):
+        return _with_unit(value, _shown(value), unit) if unit else f"({_shown(value, schema=schema)})"
+    return _shown(value, unit, schema)
+
+
+def _with_unit(value: list[Any], parts: str, unit: str) -> str:
+    """Return the entries of a list with their unit; a stress of three numbers or more has gradients after it."""
+    innermost = value[0] if isinstance(value[0], list) else value
+    if unit == STRESS.unit and len(innermost) > 2:
+        unit = f"{unit}, {STRESS_GRADIENT.unit}"
+    return f"({parts}) {unit}" if len(value) > 1 and not isinstance(value[0], list) else f"{parts} {unit}"

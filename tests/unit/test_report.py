@@ -15,7 +15,7 @@ import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
 from bsm_mesh.commands.safety import ask_safety
 from bsm_mesh.folder.own_files import own_files
-from bsm_mesh.pages.report_results import PNG, _shown
+from bsm_mesh.pages.report_results import PNG, _shown, input_tables
 from bsm_mesh.pictures.pictures import NAMES
 from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
 from bsm_mesh.results.joint_sets import joint_sets
@@ -70,8 +70,37 @@ def test_numbers_of_the_input_bear_their_units(slope):
     assert rows["friction"].endswith(" degrees")
     assert _shown(26123.25, "N/m^3") == "26123.25 N/m^3"
     assert _shown(["x", "y"]) == "x, y"
+    assert _shown([3.0, 0.5], "m") == "(3, 0.5) m"
+    assert _shown([1e5, 0.0, -2e4], "Pa") == "(100000, 0, -20000) Pa, Pa/m"
     assert _shown([[-25.0, 15.0], [10.0, 4.5]]) == "(-25, 15), (10, 4.5)"
     assert _shown({"centre": [0.0, 2.0], "count": 7, "load": []}) == "centre (0, 2), count 7"
+
+
+def test_units_of_the_input_are_those_of_the_tables_of_the_model_file():
+    """In tables within tables too, and of the histories."""
+    given = """
+        [gravity]
+        direction = -90
+        [in_situ]
+        surface = 42.0
+        [[bolt]]
+        radial = { centre = [0, 2], radius = 2.5, count = 5, first = 50 }
+        [[load]]
+        traction = [[1e5, 0, -2e4], 3e4]
+        [[stage]]
+        name = "wave"
+        shaking = { amplitude = 1.5, frequency = 2.0 }
+        [[history]]
+        name = "roof"
+        point = [0.0, 3.0]
+    """
+    told = {name: dict(rows) for name, rows in input_tables(given)}
+    assert told["gravity"]["direction"] == "-90 degrees"
+    assert told["in situ"]["surface"] == "42 m"
+    assert told["bolt 1"]["radial"] == "centre (0, 2) m, radius 2.5 m, count 5, first 50 degrees"
+    assert told["load 1"]["traction"] == "(100000, 0, -20000), 30000 Pa, Pa/m"
+    assert told["stage wave"]["shaking"] == "amplitude 1.5, frequency 2 Hz"
+    assert told["history roof"]["point"] == "(0, 3) m"
 
 
 def test_the_page_needs_nothing_else(slope):
