@@ -90,7 +90,7 @@ def draw_sigma_1(sheet: Sheet) -> str | None:
     remark = add_blocks(sheet, shown, f"sigma_1, {unit} (compression negative)", "cividis", scene.stressed)
     _over(sheet)
     least = engineering(float(sigma[stays].min()), "Pa")
-    return f"most compressive principal stress, {least} at most{_unknown(sheet)}{remark}{add_excluded(sheet)}"
+    return f"most compressive stress (sigma_1), {least} at most{_unknown(sheet)}{remark}{add_excluded(sheet)}"
 
 
 def draw_arrows(sheet: Sheet) -> str | None:

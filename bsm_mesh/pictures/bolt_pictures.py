@@ -13,6 +13,7 @@ from bsm_mesh.results.bolts import BoltForces, BoltStatus
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+PRESSURE = "support pressure: force of a bolt over its spacing and its length of wall, half way to the adjacent bolts"
 MOST_CHARTS = 12  # bolts with their own chart: the most utilised
 COLOURS = {
     BoltStatus.SLACK: "#9e9e9e",
@@ -80,10 +81,11 @@ def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
     number = np.arange(bolts.count)
     shown = np.isfinite(values)
     if known.any():  # both readings of Fig. 8.14
-        axes.bar(number[shown] - 0.2, values[shown], color="#1f4e79", width=0.4, label="of the force at the head")
+        axes.bar(number[shown] - 0.2, values[shown], color="#1f4e79", width=0.4, label="by the force at the head")
         mean = bolts.mean_pressure / 1e3
-        axes.bar(number[shown] + 0.2, mean[shown], color="#e69f00", width=0.4, label="of the mean tension")
+        axes.bar(number[shown] + 0.2, mean[shown], color="#e69f00", width=0.4, label="by the mean tension")
         axes.legend(fontsize=7, frameon=False, ncols=2)
+        axes.set_xlabel(PRESSURE, fontsize=8)
     else:
         axes.bar(number[shown], values[shown], color="#1f4e79", width=0.7)
     axes.set_xlim(-0.6, bolts.count - 0.4)
@@ -96,4 +98,4 @@ def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
     if bolts.count <= 30:
         axes.set_xticks(number, bolts.names, fontsize=8, rotation=0 if bolts.count <= 12 else 60, parse_math=False)
     else:
-        axes.set_xlabel("bolt", fontsize=8)
+        axes.set_xlabel(f"bolt; {PRESSURE}" if known.any() else "bolt", fontsize=8)

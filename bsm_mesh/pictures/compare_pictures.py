@@ -43,7 +43,7 @@ class Quantity:
 
 QUANTITIES = (
     Quantity(array="displacement", text="displacement", unit="m", colours="viridis"),
-    Quantity(array="sigma_1", text="most compressive principal stress", unit="Pa", colours="viridis_r"),
+    Quantity(array="sigma_1", text="most compressive stress (sigma_1)", unit="Pa", colours="viridis_r"),
 )
 
 

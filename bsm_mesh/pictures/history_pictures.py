@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 SAME_PLACE = 1e-3  # of the distance: a value beside an extension is of the same anchor
 HEIGHT = 2.6  # inches a chart
 MOVEMENTS = ("point", "line", "block")  # histories of displacements
-ROOM = 0.14  # of the height of the curves, above them for the names of stages
+ROOM = 0.14  # of the height of the curves, above them for a row of names of stages
+ROW = 0.08  # of the height of the chart: from row to row of the names
+LETTER = 0.06  # inches: a letter of these names
+PLOTTED = 0.9  # of the width of a chart: without its labels
 MOST_NAMED = 8  # stages; the names of more would touch
 WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at strength", "open_share": "share open"}
 
@@ -143,13 +146,34 @@ def _mark_stages(axes: Any, series: HistorySeries, names: list[str]) -> None:
     begins = np.flatnonzero(np.diff(series.stage)) + 1
     if not len(begins):
         return
+    for first in begins.tolist():
+        axes.axvline(first + 0.5, color="#888888", linewidth=0.8, linestyle="--")
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high + ROOM * (high - low))
-    start, _ = axes.get_xlim()
-    for first in [0, *begins.tolist()]:
-        if first:
-            axes.axvline(first + 0.5, color="#888888", linewidth=0.8, linestyle="--")
-        if len(begins) < MOST_NAMED:
-            style = {"fontsize": 7, "va": "top", "color": "#555555", "clip_on": True, "parse_math": False}
-            name = f" {names[series.stage[first]]}"
-            axes.text(max(start, first + 0.5), 0.97, name, transform=axes.get_xaxis_transform(), **style)
+    start, end = axes.get_xlim()
+    firsts = [0, *begins.tolist()] if len(begins) < MOST_NAMED else []
+    at = [max(start, first + 0.5) for first in firsts]
+    shown = [f" {names[series.stage[first]]}" for first in firsts]
+    grid = axes.get_subplotspec().get_gridspec()
+    letter = LETTER * (end - start) * grid.ncols / (PLOTTED * axes.figure.get_figwidth())
+    rows = rows_of_names(at, [len(name) * letter for name in shown])
+    axes.set_ylim(low, high + ROOM * (1 + max(rows, default=0)) * (high - low))
+    style = {"fontsize": 7, "va": "top", "color": "#555555", "clip_on": True, "parse_math": False}
+    for x, name, row in zip(at, shown, rows, strict=True):
+        axes.text(x, 0.97 - ROW * row, name, transform=axes.get_xaxis_transform(), **style)
+
+
+def rows_of_names(at: Sequence[float], widths: Sequence[float]) -> list[int]:
+    """Return the row of each name, from above, in which it begins behind the end of those before it.
+
+    Examples
+    --------
+    >>> rows_of_names([0, 1, 2, 9], [1.5, 8, 1, 1])
+    [0, 1, 0, 0]
+    """
+    ends: list[float] = []
+    rows = []
+    for x, width in zip(at, widths, strict=True):
+        row = next((k for k, end in enumerate(ends) if end <= x), len(ends))
+        ends[row : row + 1] = [x + width]
+        rows.append(row)
+    return rows

@@ -14,12 +14,12 @@ from bsm_mesh.text.tables import engineering
 
 def draw_zone_sigma_1(sheet: Sheet) -> str | None:
     """Draw the zones by their most compressive principal stress."""
-    return _draw_stress(sheet, 0, "sigma_1", "most compressive principal stress")
+    return _draw_stress(sheet, 0, "sigma_1", "most compressive stress (sigma_1)")
 
 
 def draw_zone_sigma_3(sheet: Sheet) -> str | None:
     """Draw the zones by their least compressive principal stress."""
-    return _draw_stress(sheet, 1, "sigma_3", "least compressive principal stress")
+    return _draw_stress(sheet, 1, "sigma_3", "most tensile stress (sigma_3)")
 
 
 def draw_zone_yielding(sheet: Sheet) -> str | None:

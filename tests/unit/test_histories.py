@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import shutil
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -241,6 +242,19 @@ def test_the_names_of_all_stages_are_whole_in_the_picture() -> None:
     (axes,) = [axes for axes in figure.axes if axes.texts]
     assert [text.get_text().strip() for text in axes.texts] == ["initial", "dig"]
     assert all(text.get_window_extent().x0 >= axes.bbox.x0 for text in axes.texts)
+
+
+def test_the_names_of_short_stages_do_not_overlap_in_the_picture() -> None:
+    """In a narrow chart, one of two beside each other, names longer than their stages are in rows below each other."""
+    stages = [bsm.Stage(name=f"a stage with a name that is long, {k}") for k in range(3)]
+    histories = [bsm.History(name=f"block{k}", block=k) for k in range(2)]
+    figure = bsm.run(model_of(grid(1, 3), stages=stages, histories=histories)).plot("histories")
+    figure.canvas.draw()
+    for axes in [axes for axes in figure.axes if axes.texts]:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        assert len(boxes) == 4
+        assert len({round(box.y0) for box in boxes}) > 1
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
 def test_extensometers_over_their_length(recorded: Results) -> None:
