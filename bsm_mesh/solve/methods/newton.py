@@ -200,9 +200,10 @@ def _swept(step: StepEquations, here: Residual, tolerance: float) -> Residual:
     """Return the residual after sweeps, without a factorization of the whole, while they halve its 2-norm.
 
     A sweep solves the blocks above the root mean square with all others fixed. What that leaves around them is
-    corrected by the chord method, where there are factors.
+    corrected by the chord method, where there are factors. Others keep up to the root mean square: there are no sweeps
+    where that alone leaves the regularisation as it is.
     """
-    while here.max_norm >= tolerance:
+    while here.max_norm >= tolerance and tangent_regularization(here.rms) < tangent_regularization(here.max_norm):
         sizes, _ = block_residuals(step, here.position)
         moves = sizes > here.rms
         if not 0 < moves.sum() <= SUBDOMAIN.max_share * len(moves):
