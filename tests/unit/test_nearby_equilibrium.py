@@ -94,7 +94,7 @@ def test_few_blocks_are_solved_apart_from_a_large_wall(bricks):
 
 
 def test_no_blocks_are_solved_apart_where_all_are_out_of_balance():
-    """In slopes from zero stress that took half of the time of the step, and changed nothing."""
+    """In slopes from zero stress it took up to 100 s in 10 000 blocks, and changed no outcome."""
     model, found = leaning_slope(600, friction=30.0).model(), {}
     for sweeps in (False, True):
         step = begun(model)
