@@ -33,6 +33,7 @@ DPI = 130
 COLOURS = {Verdict.STABLE: "#2e7d32", Verdict.UNSTABLE: "#c62828", Verdict.UNDECIDED: "#9e9e9e"}
 MARKS = {Verdict.STABLE: "o", Verdict.UNSTABLE: "s", Verdict.UNDECIDED: "D"}
 LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is distinguished in the picture
+BELOW = " (below the dotted line: blocks fall, or limit analysis proves that they must move)"
 SHOWN = 0.5  # sizes of the largest block that fails: what moved further is drawn no further, what moved less as far
 
 
@@ -58,9 +59,10 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Pa
         mine = [trial for trial in safety.trials if trial.verdict is verdict]
         if mine:
             moved = [max(trial.moved, LEAST_MOVEMENT) for trial in mine]
-            axes.plot(
-                [trial.value for trial in mine], moved, MARKS[verdict], color=COLOURS[verdict], label=verdict.value
-            )
+            label = verdict.value
+            if verdict is Verdict.UNSTABLE and min(moved) <= limit_of_movement:
+                label += BELOW
+            axes.plot([trial.value for trial in mine], moved, MARKS[verdict], color=COLOURS[verdict], label=label)
     if safety.stable is not None and safety.unstable is not None:
         axes.axvspan(safety.stable, safety.unstable, color="#fdd835", alpha=0.6, label="the limit lies here")
     if np.isfinite(safety.limit.factor):

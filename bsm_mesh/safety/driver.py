@@ -213,8 +213,11 @@ class Search:
         if not self._is_proved(each.value) or said.verdict is Verdict.UNSTABLE:
             return said
         moved = movement(each, self._reference, self._blocks, self._counts)
-        ended = f"the run ended {each.status} after {100 * moved.max():.3g} % of a block's size"
-        reason = f"proved to move where it was given; {ended}"
+        ended = "reached rest" if each.status.is_stable else f"ended {each.status}"
+        reason = (
+            "limit analysis proves that the blocks leave the initial geometry; the run moved them by "
+            f"{100 * moved.max():.3g} % of a block's size and {ended}"
+        )
         return Judgement(Verdict.UNSTABLE, reason, np.flatnonzero(moved > moved.max() / 2).astype(np.int32))
 
     def _judged(self) -> list[Judged]:

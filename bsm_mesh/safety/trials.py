@@ -88,7 +88,8 @@ class Reduction:
         elif model.joints or not zones:
             parts.append("all joints")
         parts += ["rock faces"] * faces + ["rock in zones"] * zones + ["bolts"] * self.bolts
-        return ", ".join(parts)
+        whole = "; bolts keep their full capacity (--bolts divides it too; in Python bolts=True)"
+        return ", ".join(parts) + whole * bool(model.bolts and not self.bolts)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

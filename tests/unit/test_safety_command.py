@@ -5,12 +5,15 @@ import json
 import math
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
+from bsm_mesh.pictures.safety_pictures import draw_movement
+from bsm_mesh.safety.bracket import Verdict
 from bsm_mesh.text.safety_text import answer_rows
 from tests.scenes.known_factors import incline, tan
 
@@ -65,6 +68,19 @@ def test_what_is_written(answered):
         assert (out / name).read_bytes()[:4] == PNG
     assert bsm.Results.load(out / "stable").status == "stable"
     assert bsm.Results.load(out / "unstable").status == "unstable"
+
+
+@pytest.mark.parametrize(("moved", "is_explained"), [(0.001, True), (0.4, False)])
+def test_a_failure_below_the_line_is_explained_in_the_picture(tmp_path, monkeypatch, moved, is_explained):
+    """Limit analysis proves it, or blocks fall: the blocks of the run may have moved less than what counts."""
+    drawn = []
+    monkeypatch.setattr("bsm_mesh.pictures.safety_pictures.save", lambda figure, path: drawn.append(figure))
+    trials = [SimpleNamespace(value=1.0, verdict=Verdict.STABLE, moved=1e-4)]
+    trials.append(SimpleNamespace(value=1.2, verdict=Verdict.UNSTABLE, moved=moved))
+    given = {"stable": 1.0, "unstable": 1.2, "limit": SimpleNamespace(factor=1.2), "quantity": "factor", "unit": ""}
+    draw_movement(SimpleNamespace(trials=trials, **given), 0.05, "title", tmp_path / "movement.png")
+    labels = [text.get_text() for text in drawn[0].axes[0].get_legend().get_texts()]
+    assert any("below the dotted line" in label for label in labels) is is_explained
 
 
 def test_both_states_can_be_run_again(answered):
