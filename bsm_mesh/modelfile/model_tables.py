@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.earth_pressure import EarthPressure
@@ -21,6 +21,7 @@ from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.flow_tables import FlowChangeTable, FlowTable
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import BoundaryTable, MeshTable, PathText, Table
+from bsm_mesh.modelfile.record_files import UNITS, amplitude_of
 from bsm_mesh.modelfile.units import Force, Level, LinearStress, LinearStressPair, Lines, Point, Region
 
 
@@ -180,7 +181,23 @@ class ShakingTable(Table):
         description="table (CSV) of time and acceleration, velocity or stress, units in its header, or a file of PEER "
         "(.at2), relative to the model file; or [times, values] in s and m/s^2, m/s or Pa",
     )
+    amplitude: (
+        Annotated[float, q.MOTION, WithJsonSchema({"anyOf": [schema_of(q.MOTION), {"type": "string"}]})] | None
+    ) = Field(
+        default=None,
+        description="of the waveform, by quantity: [m/s^2] of an acceleration, [m/s] of a velocity, [Pa] of a stress; "
+        'or a text with its unit, such as "0.15 g"',
+    )
     mass_damping: MassDampingTable | None = Field(default=None, description="drag on all blocks; default: none")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_amplitude(cls, given: Any) -> Any:
+        """Read an amplitude with its unit, which depends on the quantity."""
+        quantity = given.get("quantity", "acceleration") if isinstance(given, dict) else None
+        if quantity not in UNITS or not isinstance(given.get("amplitude"), str):
+            return given
+        return {**given, "amplitude": amplitude_of(given["amplitude"], quantity)}
 
 
 @keys_of(Stage, without=("loads", "gravity_trend", "shaking"))

@@ -15,6 +15,8 @@ SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 ACCELERATIONS = {"m/s2": 1.0, "m/s^2": 1.0, "g": GRAVITY, "cm/s2": 0.01, "cm/s^2": 0.01, "gal": 0.01, "mm/s2": 1e-3}
 STRESSES = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
 VELOCITIES = {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3}
+UNITS: dict[str, dict[str, float]] = {"acceleration": ACCELERATIONS, "velocity": VELOCITIES, "stress": STRESSES}
+AMPLITUDE = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*")
 STEP = re.compile(r"\bDT\s*=\s*([\d.]+(?:[eE][-+]?\d+)?)", re.IGNORECASE)
 HEADER_OF_PEER = 4  # lines
 
@@ -36,12 +38,38 @@ def read_record(path: Path, quantity: MotionQuantity) -> Series:
             f"{path}: a record needs the columns 'time' and '{quantity}' (or 'value'); its header has "
             f"{', '.join(rows.header)}"
         )
-    units = {"acceleration": ACCELERATIONS, "velocity": VELOCITIES, "stress": STRESSES}[quantity]
+    units = UNITS[quantity]
     faults: list[str] = []
     time = _column(rows, "time", SECONDS, "s", faults)
     value = _column(rows, values[0], units, next(iter(units)), faults)
     raise_faults(faults)
     return time, value
+
+
+def amplitude_of(text: str, quantity: str) -> float:
+    """Return the amplitude of a waveform in SI units, from a text in a unit that records have too.
+
+    Examples
+    --------
+    >>> amplitude_of("0.15 g", "acceleration"), amplitude_of("20 cm/s", "velocity")
+    (1.4709975, 0.2)
+
+    Raises
+    ------
+    ValueError
+        If it has another unit, or none.
+    """
+    units, found = UNITS[quantity], AMPLITUDE.fullmatch(text)
+    factor = units.get(found[2].lower()) if found else None
+    if found is None or factor is None:
+        raise ValueError(
+            f"amplitude = '{text}': give a plain number [{next(iter(units))}], or a text with one of the units "
+            f"{', '.join(units)} of quantity = '{quantity}'"
+        )
+    try:
+        return float(f"{float(found[1]) * factor:.15g}")
+    except ValueError:
+        raise ValueError(f"amplitude = '{text}': '{found[1]}' is no number") from None
 
 
 def _column(rows: Rows, name: str, units: dict[str, float], example: str, faults: list[str]) -> tuple[float, ...]:

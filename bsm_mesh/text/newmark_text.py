@@ -29,7 +29,7 @@ def _yields(side: SlidingSide) -> str:
 
 def _displacements(side: SlidingSide) -> tuple[str, str]:
     if side.sliding is None or side.turned is None:
-        return "0", "0"
+        return engineering(0.0, "m"), engineering(0.0, "m")
     return _range(side.least, side.sliding.permanent), _range(side.turned_least, side.turned.permanent)
 
 

@@ -5,6 +5,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.model.base_motion import GRAVITY
+from bsm_mesh.modelfile.model_tables import StageTable
 from bsm_mesh.modelfile.record_files import read_record
 from tests.scenes.shaken import block_on_plane
 
@@ -50,6 +51,35 @@ def test_faulty_records_end_in_a_message(tmp_path, name, text, quantity, fault):
     path.write_text(text)
     with pytest.raises(bsm.ModelError, match=fault):
         read_record(path, quantity)
+
+
+def amplitude(text, quantity):
+    given = {"waveform": "sine", "frequency": 2.0, "amplitude": text, "quantity": quantity}
+    return StageTable.model_validate({"name": "quake", "shaking": given}).shaking.amplitude
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "value"),
+    [
+        ("0.15 g", "acceleration", 0.15 * GRAVITY),
+        ("-150 gal", "acceleration", -1.5),
+        ("1.5e2 cm/s^2", "acceleration", 1.5),
+        ("20 cm/s", "velocity", 0.2),
+        ("2 MPa", "stress", 2e6),
+        (3.0, "acceleration", 3.0),
+    ],
+)
+def test_amplitudes_have_the_units_of_records(text, quantity, value):
+    """The unit g is standard gravity, not a gram."""
+    assert amplitude(text, quantity) == pytest.approx(value, rel=1e-12)
+
+
+def test_an_amplitude_in_another_unit_names_those_that_it_may_have():
+    for text in ("0.15 kPa", "0.15", "much"):
+        with pytest.raises(ValueError, match=r"one of the units m/s2, m/s\^2, g, cm/s2, .* quantity = 'acceleration'"):
+            amplitude(text, "acceleration")
+    with pytest.raises(ValueError, match=r"plain number \[m/s\], or a text with one of the units m/s, cm/s"):
+        amplitude("0.15 g", "velocity")
 
 
 def test_a_record_in_a_file_is_no_fault_beside_others(tmp_path):
