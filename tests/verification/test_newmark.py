@@ -172,6 +172,14 @@ def test_every_column_has_room_at_80_columns(capsys, monkeypatch):
     ]
 
 
+def test_no_displacement_has_its_unit_in_every_column():
+    """Where the record is below the yield acceleration: 0 m by both signs, as of the shaken stage."""
+    limit = SimpleNamespace(stable=-0.5, unstable=None)
+    side = SimpleNamespace(side="left", limit=limit, sliding=None, turned=None)
+    ((_, _, *moved),) = side_rows(SimpleNamespace(sides=(side,), shaken=SimpleNamespace(moved={"left": (3, 0.0)})))
+    assert moved == ["0 m", "0 m", "0 m"]
+
+
 def test_the_command_prints_a_table_and_writes_files(commanded):
     shown, out, _ = commanded
     words = " ".join(shown.split())
