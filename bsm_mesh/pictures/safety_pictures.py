@@ -71,7 +71,7 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Pa
     axes.set_yscale("log")
     axes.set_xlabel(f"{safety.quantity} [{safety.unit}]" if safety.unit else safety.quantity, parse_math=False)
     axes.set_ylabel("greatest displacement of a block, in parts of its size")
-    axes.legend(fontsize=8, frameon=False)
+    axes.legend(fontsize=8, framealpha=0.9, edgecolor="none")
     entitle(figure, title)
     save(figure, path)
 

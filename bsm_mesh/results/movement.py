@@ -28,7 +28,7 @@ def step_in_words(step: StepRecord) -> str:
     at = f"step {step.step}: unbalanced force {step.residual:.1e}"
     if step.time is not None:
         at = f"shaken for {step.time:.4g} s"
-    return f"stage {step.stage}, {at}, displacement {step.max_displacement:.3g} m"
+    return f"stage {step.stage}, {at}, displacement in the stage {step.max_displacement:.3g} m"
 
 
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
