@@ -14,6 +14,7 @@ import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
 from bsm_mesh.pictures.safety_pictures import draw_movement
 from bsm_mesh.safety.bracket import Verdict
+from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.text.safety_text import answer_rows
 from tests.scenes.known_factors import incline, tan
 
@@ -152,6 +153,16 @@ def test_a_bracket_with_undecided_trials_ends_with_3(given, tmp_path, monkeypatc
     code, shown, _, _ = asked("safety", given, "-o", tmp_path / "out", "-q")
     assert code == 3
     assert "undecided at 1.45" in shown
+
+
+def test_bolts_that_keep_their_capacity_are_named():
+    """Reduction of joints alone leaves them whole, which the answer says; not where theirs is divided, nor without."""
+    bolt = bsm.Bolt(start=(0.5, 0.8), end=(0.5, 0.3), diameter=0.02)
+    model = incline(40.0, 30.0)
+    assert "bolts" not in Reduction().words(model)
+    bolted = model.replace(bolts=[bolt])
+    assert "; bolts keep their full capacity (--bolts" in Reduction().words(bolted)
+    assert Reduction(bolts=True).words(bolted) == "all joints, rock faces, bolts"
 
 
 def test_nothing_that_fails():
