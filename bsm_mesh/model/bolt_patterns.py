@@ -105,7 +105,7 @@ def row_of_bolts(
     Raises
     ------
     ModelError
-        If there is no such boundary, or it has rock on both sides and neither is excavated.
+        If there is no such boundary, or it has rock on both sides and neither, or both, are excavated.
     """
     rules = Rules("bolts along", boundary)
     rules.text("boundary", boundary)
@@ -296,6 +296,8 @@ def _one_side(blocks: Blocks, boundary: str, thing: str) -> IntArray:
     stays = ~taken[blocks.owner[edges]]
     if stays.all():
         raise ModelError(f"{thing}: it has rock on both sides, and neither is in an excavation; bolt from an opening")
+    if not stays.any():
+        raise ModelError(f"{thing}: excavations take the rock on both sides; bolt a face whose rock stays")
     return edges[stays]
 
 

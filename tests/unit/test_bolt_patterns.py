@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -69,6 +71,8 @@ def opening(excavated):
 
 
 def test_row_round_an_opening_to_come():
+    ring = [0, 1, 2, 3, 5, 6, 7, 8]
+    both = replace(opening(True), excavations={"1": [4], "2": ring})
     found = ends(row_of_bolts(opening(True), boundary="wall", length=0.5, interval=1.0, diameter=0.02))
     middle = found.mean(axis=1)
     assert len(found) == 4
@@ -76,8 +80,9 @@ def test_row_round_an_opening_to_come():
     assert_allclose(np.hypot(*(middle - 1.5).T), 0.75)
     with pytest.raises(bsm.ModelError, match=r"no boundary 'face'.*name the face of an excavation by its line"):
         row_of_bolts(opening(True), boundary="face", length=0.5, interval=1.0, diameter=0.02)
-    with pytest.raises(bsm.ModelError, match="rock on both sides"):
-        row_of_bolts(opening(False), boundary="wall", length=0.5, interval=1.0, diameter=0.02)
+    for excavated, fault in ((opening(False), "rock on both sides, and neither"), (both, "excavations take the rock")):
+        with pytest.raises(bsm.ModelError, match=fault):
+            row_of_bolts(excavated, boundary="wall", length=0.5, interval=1.0, diameter=0.02)
 
 
 def test_curves():
