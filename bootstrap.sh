@@ -244,7 +244,7 @@ with_report() {
     [ "$failed" = 0 ]
 }
 
-# The daily tier has no test of signals, kills, full disks and wheels (robust), and none of more than 3 s (heavy).
+# The daily tier has no test of signals, kills, full disks and wheels (robust), and none that is slow (heavy).
 daily="not slow and not robust and not heavy"
 apart="(robust or heavy) and not slow"
 

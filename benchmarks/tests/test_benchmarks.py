@@ -41,6 +41,7 @@ def test_run(tmp_path):
     assert "factorizations" in done.stdout
 
 
+@pytest.mark.heavy
 def test_factorizations_are_those_of_all_blocks():
     """Not those of the few that are solved apart: a wall of a million bricks has a thousand of these."""
     given = Namespace(solver="auto", threads=1, max_steps=50, trace=False)
@@ -127,6 +128,7 @@ def test_titles_name_the_friction(given, degrees):
     assert CASES["linear"].at_friction(given) is CASES["linear"]
 
 
+@pytest.mark.heavy
 def test_both_engines_cut_geometries_alike():
     given, cases = list(engines.masses()), len(engines.CASES)
     assert len(given) == cases + engines.NETWORKS
@@ -134,6 +136,7 @@ def test_both_engines_cut_geometries_alike():
     assert [one.row for one in found if not one.agree] == []
 
 
+@pytest.mark.heavy
 def test_a_row_of_shaken_walls(monkeypatch):
     monkeypatch.setattr(shaken_walls, "LENGTH", 2.1)
     found = dict(zip(shaken_walls.HEADER, shaken_walls.row(2, "explicit", 0.5, 1), strict=True))

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from benchmarks import continuum, pages
 from benchmarks import continuum_limits as limits
@@ -13,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/continuum.md"
 
 
+@pytest.mark.heavy
 def test_a_model_is_told_stage_by_stage():
     (model,) = (path for path in continuum.all_models() if path.match("falling_table/rapid.toml"))
     first, second = continuum.lines_of(model)

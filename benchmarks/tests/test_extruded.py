@@ -45,6 +45,7 @@ def test_a_block_that_is_not_convex_is_one_of_several_cells():
     assert_allclose(space.weights, 2 * plane.weights)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["six blocks of which two go", "retaining_wall/model", "opening, with bolts"])
 def test_stages_loads_bolts_and_water_are_those_of_the_plane(name):
     found = compared(models()[name]())

@@ -1,10 +1,12 @@
 """The random slopes behind plastic collapse: one of them, beyond its limit and below."""
 
 import numpy as np
+import pytest
 
 from benchmarks.plastic_slopes import Count, ask_below, ask_beyond, drawn, limit
 
 
+@pytest.mark.heavy
 def test_a_slope_collapses_beyond_its_limit_and_not_below():
     model = drawn(np.random.default_rng(3))
     low, high = limit(model)

@@ -1,8 +1,11 @@
 """Random rock masses: blocks too small to count are no contradiction, and exceptions are named."""
 
+import pytest
+
 from benchmarks.rock_masses import judged, rock_mass, table
 
 
+@pytest.mark.heavy
 def test_a_roof_whose_smallest_block_falls_is_admissible_without_it():
     """Seed 31: the run takes block 38 away, which is smaller than a hundredth of the mean; with it no forces exist."""
     model, _, told = rock_mass(31)

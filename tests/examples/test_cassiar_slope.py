@@ -36,6 +36,7 @@ def test_the_wedge_above_the_faults_moves_and_hardly_anything_else(once: bsm.Res
     assert moved[wedge].min() > 2 * moved[~wedge].max()
 
 
+@pytest.mark.heavy
 def test_most_at_the_top_and_little_below_the_fault(once: bsm.Results) -> None:
     """Table 8.4: point 1 moves most, 6 and 7 a tenth of it; all within a tenth of a metre of BLOSMER's on average."""
     moved = slope.at_the_end(once)
@@ -44,6 +45,7 @@ def test_most_at_the_top_and_little_below_the_fault(once: bsm.Results) -> None:
     assert slope.from_blosmer(moved) < 0.1
 
 
+@pytest.mark.heavy
 def test_two_degrees_are_no_razors_edge() -> None:
     base = slope.at_once(slope.load())
     first = slope.at_the_end(bsm.run(base, slope.OPTIONS))[0]

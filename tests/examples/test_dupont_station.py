@@ -98,6 +98,7 @@ def test_finite_elements_with_joints_move_as_elastic_blocks(case: tuple[bsm.Mode
     assert whole.summary()["settlement"] < 0.2 * fem.summary()["settlement"]
 
 
+@pytest.mark.heavy
 def test_the_text_of_the_thesis_stands_in_the_model_files() -> None:
     """Tables 8.1 and 8.2."""
     for name in ("model", "bolts"):

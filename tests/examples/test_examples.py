@@ -78,15 +78,24 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "tilted_wall/tilt_30.toml": ("unstable", None, 0.25, 0.5, False),
 }
 HEAVY = (
+    "03_stratified_slope/dip_25_5.toml",
     "03_stratified_slope/floor.toml",
     "03_stratified_slope/layered.toml",
     "03_stratified_slope/model.toml",
+    "arch/thin.toml",
     "cassiar_slope/model.toml",
     "cassiar_slope/mohr_coulomb.toml",
+    "dam_abutment/undrained.toml",
+    "drained_slope/model.toml",
+    "drained_slope/undrained.toml",
     "groundfall/model.toml",
     "groundfall/weak.toml",
+    "grouted_dam/model.toml",
+    "retaining_wall/heavy.toml",
+    "staged_tunnel/full_face.toml",
     "staged_tunnel/model.toml",
     "staged_tunnel/weak.toml",
+    "tilted_wall/tilt_28.toml",
     "toppling_column/steeper.toml",
 )
 EVERY_STAGE_AT_REST = {f"cassiar_slope/{name}.toml" for name in ("model", "mohr_coulomb", "ten_blocks")}
@@ -149,6 +158,7 @@ def test_the_readme_names_the_file(name: str) -> None:
     assert f"| {file} |" in text
 
 
+@pytest.mark.heavy
 def test_stratified_slope_on_its_way(ran: Ran) -> None:
     """Wang Fig. 4.21: layer 2 has reached the bottom, layer 1 slides over it, and both end at their toes."""
     _, folder = ran("03_stratified_slope/model.toml")
@@ -177,6 +187,7 @@ def test_column_topples_at_the_angle_of_statics(tmp_path: Path) -> None:
     assert answer["tilt"] == pytest.approx(math.degrees(math.atan(1 / 8)) - 7.025, abs=1e-3)
 
 
+@pytest.mark.heavy
 def test_greatest_tilt_of_the_wall(tmp_path: Path) -> None:
     answer = told("limit", EXAMPLES / "tilted_wall/model.toml", "--tilt", "right", "-o", tmp_path)
     assert answer["tilt"] == pytest.approx(24.11, abs=0.01)
@@ -207,6 +218,7 @@ def stages_of(answer: dict[str, object]) -> list[dict[str, object]]:
     return stages
 
 
+@pytest.mark.heavy
 def test_the_weak_tunnel_fails_with_the_bench(ran: Ran) -> None:
     stages = stages_of(ran("staged_tunnel/weak.toml")[0])
     assert [stage["name"] for stage in stages] == ["initial", "top heading", "bench"]

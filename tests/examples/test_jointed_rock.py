@@ -37,6 +37,7 @@ def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pyte
         assert (case.folder / name).is_file()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_a_first_problem_from_nothing_to_its_verdict(case: Case, number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """As typed; blocks and verdict are those of the page's table."""
@@ -67,6 +68,7 @@ def test_the_numbers_of_the_page(case: Case, page: str) -> None:
     assert set(blocks.offsets[1:] - blocks.offsets[:-1]) == {4}
 
 
+@pytest.mark.heavy
 def test_oblique_joints_are_grouped_whole_and_alone(case: Case, page: str) -> None:
     """Every line of both sets in the rock, as long as geometry says, and no arc of the roof with them."""
     import shapely

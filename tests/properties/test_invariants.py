@@ -111,12 +111,14 @@ def same(one, other):
     assert_allclose(s1, s2, rtol=0, atol=RTOL * np.abs(s2).max() + 1e-9)
 
 
+@pytest.mark.heavy
 @FEW
 @given(scenes(), st.floats(-180, 180), st.sampled_from([(0.0, 0.0), (37.0, -12.0), (2e3, 1e3)]))
 def test_a_rigid_motion_of_the_whole_model_changes_nothing(scene, degrees, shift):
     same(solved(scene, degrees=degrees, shift=shift), solved(scene))
 
 
+@pytest.mark.heavy
 @FEW
 @given(scenes(), st.randoms(use_true_random=False))
 def test_renumbering_the_blocks_changes_nothing(scene, random):
@@ -125,12 +127,14 @@ def test_renumbering_the_blocks_changes_nothing(scene, random):
     same(solved(scene, order=order), solved(scene))
 
 
+@pytest.mark.heavy
 @FEW
 @given(scenes(), st.sampled_from([1e-2, 1e2, 3.281]), st.sampled_from([1e-3, 1.0, 1 / 4.448e3]))
 def test_units_change_nothing(scene, scale, force):
     same(solved(scene, scale=scale, force=force), solved(scene))
 
 
+@pytest.mark.heavy
 @FEW
 @given(scenes(), st.floats(-3, 3), st.floats(-3, 3))
 def test_loads_superpose(scene, a, b):
@@ -144,6 +148,7 @@ def test_loads_superpose(scene, a, b):
     same(both, (expected, *total))
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 @FEW
 @given(scenes())

@@ -108,6 +108,7 @@ def test_no_area_and_no_joint_is_lost(mass: RockMass) -> None:
     assert accounted(cut, 4 * mass.grid * edges)
 
 
+@pytest.mark.heavy
 @settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(networks())
 def test_the_mesh_read_as_regions_gives_the_same_blocks(mass: RockMass) -> None:

@@ -36,6 +36,7 @@ def test_a_line_of_any_kind_is_laid_to_the_last_metre(shape: str, tmp_path: Path
         assert not [note for note in notes if "carry another" in note.text]
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("shape", SHAPES)
 def test_lines_of_several_joints_cross_anywhere(shape: str, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
@@ -59,6 +60,7 @@ def neighbours(blocks: Blocks) -> set[tuple[float, float, float]]:
     return {(*v.tolist(), float(count[n])) for v, n in zip(blocks.vertices, blocks.nodes, strict=True)}
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(seeds, seeds)
 def test_renumbering_nodes_and_elements_changes_nothing(seed: int, other: int) -> None:
@@ -75,6 +77,7 @@ def test_renumbering_nodes_and_elements_changes_nothing(seed: int, other: int) -
     assert neighbours(first) == neighbours(second)
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(seeds, seeds)
 def test_turning_elements_round_changes_nothing(seed: int, other: int) -> None:
@@ -86,6 +89,7 @@ def test_turning_elements_round_changes_nothing(seed: int, other: int) -> None:
     assert described(first) == described(blocks_of(points, turned, lines, rock, joint))
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(seeds, seeds)
 def test_giving_every_element_nodes_of_its_own_changes_nothing(seed: int, other: int) -> None:
@@ -99,6 +103,7 @@ def test_giving_every_element_nodes_of_its_own_changes_nothing(seed: int, other:
     assert neighbours(first) == neighbours(second)
 
 
+@pytest.mark.heavy
 @settings(max_examples=40, deadline=None)
 @given(seeds, seeds)
 def test_repeating_elements_changes_nothing(seed: int, other: int) -> None:

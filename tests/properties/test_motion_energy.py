@@ -1,6 +1,7 @@
 """Explicit motion gives no energy: of weight, springs and movement there is never more after a window than before."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -24,6 +25,7 @@ def energy(motion: ExplicitMotion, start: np.ndarray) -> tuple[float, float]:
     return moves - lost + stored, moves + abs(lost) + stored
 
 
+@pytest.mark.heavy
 @settings(max_examples=8, derandomize=True, deadline=None)
 @given(st.one_of(piles(), jointed_banks()))
 def test_what_falls_lands_and_slides_gains_no_energy(model):

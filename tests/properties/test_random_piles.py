@@ -29,6 +29,7 @@ def test_a_pile_ends_in_a_verdict(model):
         assert stage.reason
 
 
+@pytest.mark.heavy
 @FEW
 @given(st.one_of(piles(), jointed_banks()))
 def test_the_thesis_iteration_calls_nothing_stable_that_is_not(model):

@@ -103,6 +103,7 @@ def test_every_part_of_them_can_be_sent(results: Results) -> None:
         pickle.dumps(part)
 
 
+@pytest.mark.heavy
 def test_to_another_process_and_back(results: Results) -> None:
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         there = pool.apply(bsm.run, (everything(), bsm.Options(scheme="linear")))

@@ -216,6 +216,7 @@ def test_every_command_refuses(case: Case, arguments: list[str], words: list[str
     case.refuses(*arguments, says=words)
 
 
+@pytest.mark.heavy
 def test_in_a_process_of_its_own(case: Case) -> None:
     case.write("bad.toml", MODEL.replace("10 GPa", "10 GPa/m"))
     outcome = run_process(case.folder, "run", "bad.toml", "-o", "new/folder", "--json")

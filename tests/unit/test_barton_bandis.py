@@ -136,6 +136,7 @@ def steepest(law, height=0.5):
 FLAT = bsm.BartonBandis(jrc=4, jcs=20e6, residual_friction=25, joint_length=2.0)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("law", [FLAT, replace(FLAT, roughness_wears=True)])
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])
 @pytest.mark.parametrize(("beyond", "stable"), [(-0.3, True), (0.3, False)])
@@ -174,6 +175,7 @@ def test_limit_analysis_bounds_the_pull_from_above():
     assert strength * (1 - 1e-9) <= found <= 1.01 * strength
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("reduction", [1.0, 1.3])
 @pytest.mark.parametrize("law", [FLAT, replace(FLAT, roughness_wears=True)])
 @pytest.mark.parametrize("beyond", [-1.0, 1.0])

@@ -77,6 +77,7 @@ def least_energy(stiffness, stretch, most, capacity, bond, anchor):
     return np.linalg.solve(R, -residual[:-1] / residual[-1] + Q.T @ f) * scale
 
 
+@pytest.mark.heavy
 @settings(deadline=None, max_examples=300)
 @given(chains())
 @example(SLACK_IN_THE_END)
@@ -88,6 +89,7 @@ def test_tensions_of_least_energy(chain):
     assert_allclose(solve_chain(*chain)[0], expected, rtol=0, atol=least)
 
 
+@pytest.mark.heavy
 @settings(deadline=None, max_examples=300)
 @given(chains())
 def test_slips_and_laws_are_consistent(chain):

@@ -77,6 +77,7 @@ def test_a_support_pressure_that_is_not_known_is_no_bar():
     assert min(bar.get_height() for bar in axes.patches) > 0
 
 
+@pytest.mark.heavy
 def test_charts_of_some_bolts_say_of_how_many():
     """The pressures are of all bolts, the charts of the twelve most used."""
     row = [bsm.Bolt(start=(x, 0), end=(x, 2), diameter=0.02, name=f"R{x}") for x in range(14)]

@@ -142,6 +142,7 @@ def test_the_folder_runs_wherever_it_is_copied(tmp_path):
     assert (done.returncode, done.stdout.splitlines(), done.stderr) == (*checked(folder), "")
 
 
+@pytest.mark.heavy
 def test_it_runs_where_the_package_cannot_be_imported(tmp_path):
     folder = save("slides", tmp_path)
     done = subprocess.run(

@@ -199,6 +199,7 @@ def test_not_converged_is_exit_code_3(case: Case) -> None:
     assert (case.folder / "out/model/summary.json").is_file()
 
 
+@pytest.mark.heavy
 def test_schema_describes_the_models(case: Case) -> None:
     schema = json.loads(case.run("schema").out)
     jsonschema = pytest.importorskip("jsonschema")
@@ -264,6 +265,7 @@ def build(path):
 """
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.name != "posix", reason="SIGINT")
 @pytest.mark.parametrize("where", ["mesh", "solution"])
 def test_ctrl_c(case: Case, where: str) -> None:
@@ -329,6 +331,7 @@ def test_nothing_is_collected_at_the_end(word: str, code: int) -> None:
     assert done.stdout.splitlines()[-1] == "True"
 
 
+@pytest.mark.heavy
 def test_a_reader_that_has_left(case: Case) -> None:
     """As in ``bsm-mesh schema | head -1``."""
     read, write = os.pipe()
@@ -341,6 +344,7 @@ def test_a_reader_that_has_left(case: Case) -> None:
     assert (done.returncode, done.stderr) == (1, "")
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full device")
 def test_stdout_on_a_full_disk(case: Case) -> None:
     with Path("/dev/full").open("w") as full:

@@ -58,6 +58,7 @@ def test_every_stage_has_its_class():
     assert rapid.sentence == "Not comparable: blocks fall: there is no state of rest to compare."
 
 
+@pytest.mark.heavy
 def test_what_is_not_comparable_has_no_percentage_of_difference():
     for name, reason in (
         ("arch/thin.toml", "blocks fall"),
@@ -96,6 +97,7 @@ def test_corners_that_met_at_a_node_are_told(name, met):
     assert (told in stage.sentence) == met
 
 
+@pytest.mark.heavy
 def test_rock_that_breaks():
     """A push above slips one end of the face between two blocks of rock without a joint: in the elements too."""
     model = bsm.Model(
@@ -141,6 +143,7 @@ def test_the_linear_scheme_has_elastic_joints():
     assert stage.comparison.force_error.l2 < 1e-3
 
 
+@pytest.mark.heavy
 def test_compare_gives_the_last_stage_or_its_reason():
     loaded = load_model_file(EXAMPLES / "falling_table/slow.toml", lambda _: None)
     results = bsm.run(loaded.model, loaded.options)
@@ -156,6 +159,7 @@ def test_compare_gives_the_last_stage_or_its_reason():
         compare(loaded.model, bsm.run(loaded.model, loaded.options))
 
 
+@pytest.mark.heavy
 def test_excavated_blocks_count_nowhere():
     loaded = load_model_file(EXAMPLES / "staged_tunnel/full_face.toml", lambda _: None)
     first, last = stages_of(loaded.model, loaded.options, refine=False)

@@ -187,6 +187,7 @@ def stands(thickness, sectors, courses):
     return analysis.analyse(weights(blocks.moments, np.full(blocks.count, 25e3)), strength).admissible
 
 
+@pytest.mark.heavy
 def test_a_dome_of_ten_courses_needs_its_thickness():
     """.042 of the radius (Heyman), a little less for few courses."""
     assert stands(0.0418, 16, 10)

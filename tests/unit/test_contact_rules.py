@@ -68,6 +68,7 @@ def slide(step, rules, penetration=1e-4):
     return steepest, support
 
 
+@pytest.mark.heavy
 def test_a_block_does_not_snag_at_a_flush_joint_but_at_a_step():
     """Seen: falsely stable at x = 0.5008 of 2.5."""
     steepest, support = slide(0.0, RULES)

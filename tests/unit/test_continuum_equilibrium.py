@@ -117,6 +117,7 @@ def test_a_wall_just_before_it_slides():
     assert (stage.contacts.status != ContactStatus.STICKING).mean() > 0.4
 
 
+@pytest.mark.heavy
 def test_what_slides_for_ever_is_not_converged():
     load = bsm.PointLoad(block=9, point=(2.5, 2.5), force=(30e3, 0.0))  # above the weight's friction of 15 kN
     stage = solve_continuum(stack(bsm.MohrCoulomb(friction=30.0), loads=[load]), order=1, joints=True)

@@ -85,6 +85,7 @@ def test_nearly_parallel_joints(engine: Engine, offset: float) -> None:
     assert all(a.bounding + a.coincident > a.in_rock - 1e-3 for a in cut.accounts)
 
 
+@pytest.mark.heavy
 def test_joints_nearly_through_one_point_leave_no_edge_without_length() -> None:
     """Three lines, the third past the crossing of the others by less than the tolerance of 1.4e-5 m."""
     generator = np.random.default_rng(4)

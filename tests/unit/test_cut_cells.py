@@ -198,6 +198,7 @@ def test_bad_descriptions_are_named(make, message):
         make()
 
 
+@pytest.mark.heavy
 def test_blocks_are_counted_before_they_are_cut():
     """Cubes to a seventh, for planes at the rim of the box count; scattered planes to a twentieth."""
     cubes = [a_set(f"A{d}{a}", d, a, spacing=0.25) for d, a in ((0, 0), (90, 0), (90, 90))]

@@ -200,6 +200,7 @@ def test_what_slipped_provisionally_slips_again():
     assert_the_same(step.system.evaluate(again, position), at, slips=True)
 
 
+@pytest.mark.heavy
 def test_some_of_the_contacts_dilate_as_among_all():
     step, position, at = slid()
     rows = np.flatnonzero(step.contacts.candidates.block_a + step.contacts.candidates.block_b == 1)

@@ -50,6 +50,7 @@ def test_a_block_that_counts_makes_the_stage_unstable(width, share):
     assert results.stages[0].falls == ()
 
 
+@pytest.mark.heavy
 def test_what_comes_down_is_taken_away_and_stage_after_stage_goes_on(tmp_path):
     dug = [
         bsm.Stage(name="dug", excavate=(2,)),
@@ -89,6 +90,7 @@ def test_results_are_read_after_a_block_was_removed_in_the_first_stage(tmp_path,
     assert print_grounds(grounds_in(tmp_path / "out"), as_json=False) == 0
 
 
+@pytest.mark.heavy
 def test_blocks_slide_on_when_one_beside_them_is_taken_away():
     """A square on a plane steeper than its friction, with a sliver that it carries and loses on its way."""
     sliver = rectangle(0.5, 0.9, 0.55, 0.95)

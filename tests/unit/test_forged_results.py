@@ -180,6 +180,7 @@ GRIDS: list[Change] = [
 ]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("number", range(len(GRIDS)))
 def test_grids_that_kill_their_reader(folder: Path, whole: Path, number: int) -> None:
     """It runs in a process of its own: this one lives, and the next file is read."""
@@ -211,6 +212,7 @@ def test_cells_of_points_that_are_not_there() -> None:
         assert grid_reader._misfit({**arrays, **changed}) != ""
 
 
+@pytest.mark.heavy
 def test_an_interruption_leaves_no_answer_to_another_question(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(stream: Any) -> Any:
         raise KeyboardInterrupt
@@ -309,6 +311,7 @@ def test_a_series_of_other_files(folder: Path) -> None:
         write_view(folder)
 
 
+@pytest.mark.heavy
 def test_the_reader_ends_with_the_program(whole: Path) -> None:
     code = (
         "from bsm_mesh.results import Results; from bsm_mesh.converters import grid_reader; "

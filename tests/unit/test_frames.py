@@ -14,6 +14,7 @@ from bsm_mesh.text.exaggeration import exaggeration, factors_up_to
 from tests.scenes.openings import OPENED, opening
 
 
+@pytest.mark.heavy
 def test_names_of_states(tmp_path):
     bsm.run(opening(bolted=False)).save(tmp_path / "out")
     first, last = frames_in(SavedResults(tmp_path / "out"))

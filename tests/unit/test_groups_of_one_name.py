@@ -67,6 +67,7 @@ def test_a_group_without_a_name_is_an_error_where_regions_are_asked_for(tmp_path
     assert "one addPhysicalGroup" in note.text
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("version", [4.1, 2.2])
 def test_a_group_without_a_name_can_be_mapped(tmp_path: Path, version: float) -> None:
     path = wedge(tmp_path, version=version, names=("joint:plane", "joint:plane"))
@@ -77,6 +78,7 @@ def test_a_group_without_a_name_can_be_mapped(tmp_path: Path, version: float) ->
     assert bsm.run(tmp_path / "model.toml").status == "unstable"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("version", [4.1, 2.2])
 def test_groups_of_one_name_are_added_up(tmp_path: Path, version: float) -> None:
     """As other programs write them: two numbers with one name in $PhysicalNames."""

@@ -60,6 +60,7 @@ def test_every_step_has_the_movement_of_its_state() -> None:
     assert histories["corner"]["u"][-1] == pytest.approx(0.5, abs=1e-3)
 
 
+@pytest.mark.heavy
 def test_an_extensometer_measures_the_growth_of_its_length(recorded: Results) -> None:
     """Its head is in the base, which is held; the block ran 0.5 m away, the wall did not move."""
     gap = recorded.histories["gap"]
@@ -102,6 +103,7 @@ def test_blocks_that_are_taken_away_have_no_movement_any_more(tmp_path: Path) ->
     np.testing.assert_array_equal(back.histories["five"].values, five.values)
 
 
+@pytest.mark.heavy
 def test_a_bolt_is_recorded_where_a_stage_changes_strength_and_under_reduced_strength() -> None:
     """The model of such a stage has no bolts of its own, nor has that of a stage before they are installed."""
     block, floor = [(0, 0), (1, 0), (1, 1), (0, 1)], [(-1, -1), (2, -1), (2, 0), (-1, 0)]
@@ -144,6 +146,7 @@ def test_files_hold_what_was_recorded(recorded: Results, tmp_path: Path) -> None
         Results.load(tmp_path)
 
 
+@pytest.mark.heavy
 def test_those_of_a_former_run_go(recorded: Results, tmp_path: Path) -> None:
     recorded.save(tmp_path)
     (tmp_path / "history_mine.csv").write_text("kept elsewhere")

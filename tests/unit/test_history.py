@@ -67,6 +67,7 @@ def test_contacts_closed_over_a_gap_overhang_the_ends_of_their_edges(gap):
     assert (again.edge_overhang[closed] > 0).all()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "rock",
     [

@@ -11,6 +11,7 @@ from tests.scenes.contacts import Scene, column, delaunay_triangles, random_wall
 from tests.scenes.shapes import rectangle, square
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(st.integers(min_value=0, max_value=2**32 - 1))
 def test_history_is_continued_or_transferred_never_twice(seed):

@@ -131,6 +131,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.heavy
 def test_the_command_writes_tables_and_pictures(folder):
     words = [
         "joint-test",
@@ -202,6 +203,7 @@ def test_under_a_constant_stress_a_joint_opens_by_the_slope_of_dilation():
     assert curve.work > 0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("steps", [5, 200])
 def test_under_a_constant_stiffness_the_stress_grows_with_the_opening(steps):
     """The rock around, of the stiffness K, takes what the joint opens by beyond what it closes by under more stress."""

@@ -30,6 +30,7 @@ def test_every_shape(tmp_path: Path, shape: str, engine: str) -> None:
     assert ("tunnel" in blocks.boundaries) == (shape != "none")
 
 
+@pytest.mark.heavy
 def test_meshed_to_a_size(tmp_path: Path) -> None:
     fine, _ = read_mesh(build(tmp_path / "a.msh", size=0.8))
     coarse, _ = read_mesh(build(tmp_path / "b.msh"), blocks="regions")

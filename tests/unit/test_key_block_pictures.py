@@ -26,6 +26,7 @@ def share_that_falls(path):
     return float((image @ hue / size > 0.995).mean())
 
 
+@pytest.mark.heavy
 def test_by_itself_one_looks_up_at_the_foot_of_a_block_that_falls(pyramid, tmp_path):
     """From the south another key block hides it, though more of it is near the viewer on average."""
     seen = draw_key_blocks(tmp_path / "roof.png", *pyramid)

@@ -118,6 +118,7 @@ def slab(dip, **others):
     return found
 
 
+@pytest.mark.heavy
 def test_a_cube_on_a_plane():
     a, W = np.radians(40), 26e3
     slope = np.tan(np.radians(30))
@@ -287,6 +288,7 @@ def test_bolts_in_a_wedge_have_the_factor_of_limit_equilibrium():
     assert_allclose(found.factor[row], wedge_factor(first, second, volume, areas, weight, friction, (0, 0)), rtol=1e-9)
 
 
+@pytest.mark.heavy
 def test_a_tunnel_in_three_sets():
     """Counts and modes by a prototype that solved a linear program for every block; three slide at exactly 1."""
     blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock()))
@@ -304,6 +306,7 @@ def test_a_tunnel_in_three_sets():
     assert set(opened.block[opened.round == 1]) == set(found.block[found.unstable])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("shift", [(4.5e6, 5.2e6, 300.0), (-17.0, 40.0, 1e3)])
 def test_where_the_rock_lies_does_not_matter(shift):
     """In map coordinates faces are known to a nanometre only."""

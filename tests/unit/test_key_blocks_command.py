@@ -48,6 +48,7 @@ to = 5
 )
 
 
+@pytest.mark.heavy
 def test_what_falls_is_printed_and_written(case: Case) -> None:
     case.write("roof.toml", ROOF)
     outcome = case.run("key-blocks", "roof.toml")
@@ -140,6 +141,7 @@ def test_sets_have_distributions_scatter_and_discs(case: Case) -> None:
     assert load_space_file(case.folder / "roof.toml").blocks.count > 20
 
 
+@pytest.mark.heavy
 def test_limit_analysis_proves_that_the_whole_moves(case: Case) -> None:
     """Without the pyramid no block is left that could move but the rock itself, which rests on its sides."""
     joints = ROOF.replace("friction = 30", "friction = 20")  # at 30 degrees statics could clamp it between its planes

@@ -166,6 +166,7 @@ def test_stages_and_bolts_of_later_ones():
         assert limit_analysis(model).admissible
 
 
+@pytest.mark.heavy
 def test_a_fall_with_bolts_is_proved():
     stage = bsm.run(model_in_space(SHARED, bolts=[bolt(0.5, 0.5, yield_strength=20e3 / AREA)])).stages[-1]
     assert stage.status == "unstable"
@@ -177,6 +178,7 @@ def test_the_tilt_is_for_the_plane():
         limit_tilt(on_incline(10))
 
 
+@pytest.mark.heavy
 def test_the_command(case: Case) -> None:
     case.run("new", "roof", "roof")
     outcome = case.run("limit", "roof/model.toml")

@@ -62,6 +62,7 @@ def test_factor_on_a_load_of_a_stage():
         bsm.limit_analysis(cliff(), [gone])
 
 
+@pytest.mark.heavy
 def test_tilt_of_a_stage():
     for stage, part in ((None, 0.8), ("dig", 1.0)):
         slides = np.degrees(np.arctan(part * np.tan(np.radians(FRICTION)))) - DIP

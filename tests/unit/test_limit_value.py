@@ -104,12 +104,14 @@ def test_loads_that_have_no_factor_are_told():
     assert change_of(["joint", "J1", "friction"]) is None
 
 
+@pytest.mark.heavy
 def test_greatest_tilt():
     """A block on an incline of 30 degrees and 40 degrees of friction stands 10 degrees more."""
     found = limit_value(partial(tilted_left, incline()), 0.0, 20.0, quantity="tilt")
     contains(found, 10.0, 0.1)
 
 
+@pytest.mark.heavy
 def test_greatest_water_level():
     """Hoek & Bray's slope: the water in the crack at which limit equilibrium gives a factor of 1."""
     low, high = 1.0, 4.0
@@ -159,6 +161,7 @@ def column(stiffness):
     return model_of([rectangle(-5, -1, 5, 0), rectangle(-1, 0, 1, 1)], kn=10.0**stiffness)
 
 
+@pytest.mark.heavy
 def test_back_analysis_of_a_stiffness():
     """Settlement w = W / (Kn L), so that log10 Kn = log10(W / (L w)); its scatter follows from that of w."""
     weight = float(column(8.0).weights[1])
@@ -173,6 +176,7 @@ def test_back_analysis_of_a_stiffness():
     assert str(found).startswith("log Kn = 8.3")
 
 
+@pytest.mark.heavy
 def test_several_measurements_are_weighed():
     weight = float(column(8.0).weights[1])
     rows = [(8.2, 0.02), (8.4, 0.04)]

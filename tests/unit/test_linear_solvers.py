@@ -170,6 +170,7 @@ def test_threads_change_nothing_but_the_time(threads):
     solver.close()
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 @pytest.mark.parametrize("single", [False, True])
 def test_corrections_are_the_same_to_the_last_digit_whatever_the_threads(single):

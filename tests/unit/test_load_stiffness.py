@@ -99,6 +99,7 @@ def test_weights_alone_have_no_stiffness():
     assert BlockSystem(model_of(BLOCKS)).load_stiffness(scattered(0)) is None
 
 
+@pytest.mark.heavy
 def test_still_water_lifts_and_rights_a_floating_block():
     """Of a box b wide at draught d: the waterplane's weight per metre, and by its moment of inertia the metacentre."""
     b, draught, height = 3.0, 0.8, 2.0
@@ -186,6 +187,7 @@ def test_a_tilt_farther_than_contacts_were_searched_for():
     assert_allclose(-stage.displacement[1, 2], tilt, rtol=1e-2)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("width", [3.0, 2.5, 2.4, 2.35, 1.5])
 def test_a_floating_box_stands_upright_by_its_metacentre(width):
     """Of half the water's weight, 2 m high: upright it rests from a width of sqrt(6) m; narrower it has a list.

@@ -22,6 +22,7 @@ def on_a_slope():
     return [BASE, rectangle(0, 0, 1, 1), rectangle(3, 0, 4, 1)]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("slope", "status"), [(30.0, "stable"), (40.0, "unstable")])
 def test_blocks_slide_where_friction_does_not_hold_them(slope, status):
     stage = ended(on_a_slope(), turn=slope)
@@ -43,6 +44,7 @@ def test_a_run_that_has_no_steps_left_says_so():
     assert "limit of 3 steps" in stage.reason
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("slope", [30.0, 40.0])
 def test_explicit_motion_to_the_end_gives_the_same_verdict(monkeypatch, slope):
     wanted = ended(on_a_slope(), turn=slope)
@@ -81,6 +83,7 @@ class Asked:
         return False
 
 
+@pytest.mark.heavy
 def test_velocities_end_in_an_equilibrium_within_the_tolerance_only(monkeypatch):
     """Solved to a part of its residual, a step would stop what slides slowly."""
     asked = Asked()

@@ -95,6 +95,7 @@ def everything() -> bsm.Model:
     )
 
 
+@pytest.mark.heavy
 def test_what_was_run_is_read_back_equal(tmp_path: Path) -> None:
     model = everything()
     results = bsm.run(model, LINEAR)
@@ -140,6 +141,7 @@ def test_every_law_is_read_as_it_was_written(tmp_path: Path) -> None:
         assert bsm.load(tmp_path / "out/model.toml") == changed
 
 
+@pytest.mark.heavy
 def test_given_stress(tmp_path: Path) -> None:
     model = everything()
     loads = [load for load in model.loads if not isinstance(load, bsm.InSituTraction)]
@@ -208,6 +210,7 @@ def test_names_that_a_mesh_cannot_keep() -> None:
         files_of_model(model.replace(blocks=blocks), LINEAR)
 
 
+@pytest.mark.heavy
 def test_results_that_were_read_back_do_not_hold_their_model(tmp_path: Path) -> None:
     bsm.run(everything(), LINEAR).save(tmp_path / "out")
     with pytest.warns(bsm.ResultsWarning, match="were read from a folder"):

@@ -148,6 +148,7 @@ def test_tables_of_results_hold_no_formula(tmp_path: Path) -> None:
     assert bsm.load(folder / "model.toml").histories[0].measured[0].source == "@here"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["$x_$", "$\\frac{", "$$a$$", "$", "a$b", "\\alpha"])
 def test_a_name_in_a_picture_is_no_formula(tmp_path: Path, name: str) -> None:
     """Labels of logarithmic axes are."""

@@ -72,12 +72,14 @@ def test_it_goes_on_to_rest_whatever_the_step_asks_for(monkeypatch):
     assert len(searches) <= 3
 
 
+@pytest.mark.heavy
 def test_a_wall_of_thousands_of_bricks_comes_to_rest_in_its_first_step():
     """A step that ended at its own goal, above that of rest, left Newton's method to be begun anew."""
     steps = bsm.run(tilted_wall(5000).model()).stages[0].steps
     assert (steps[0].method, len(steps)) == ("nearby equilibrium", 2)  # the second confirms it
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("bricks", [3000, 5000])
 def test_few_blocks_are_solved_apart_from_a_large_wall(bricks):
     """A few large residuals kept the tangent of all regularised: corrections of the whole became more with its size."""
@@ -109,6 +111,7 @@ def falling(local, tolerance):
     return newton(local, local.start, tolerance, shrinking=newton_method.WORTH_REPEATING)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("courses", "bricks"), [(80, 12), (100, 16)])
 def test_a_heel_on_one_corner_turns_until_the_next_one_touches(courses, bricks, monkeypatch):
     """At its strength the corner holds whatever the brick does: the norm cannot fall before the gap closes."""
@@ -153,6 +156,7 @@ def test_a_small_block_among_many_at_rest_is_solved_too():
     assert found.equations.residual_at(found.position).max_norm < goal.max_residual
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("bricks", "apart"), [(300, False), (5000, True)])
 def test_blocks_are_solved_apart_in_large_models_only(bricks, apart, monkeypatch):
     asked, solve = [], nearby.newton
@@ -196,6 +200,7 @@ def test_without_it_a_run_ends_in_the_same_verdict_and_place(monkeypatch, name):
     assert sum(s.factorizations for s in wanted.stages[0].steps) < 40
 
 
+@pytest.mark.heavy
 def test_after_an_excavation_the_verdict_is_the_same_without_it(monkeypatch):
     """A wall loses a brick of its second course; what is above it bridges the gap."""
     bricks = running_bond(5, 4)

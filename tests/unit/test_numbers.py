@@ -74,6 +74,7 @@ def test_quick_tables_are_what_the_runs_say(name):
     assert differences(table_in(page, name), table.make(), table.tolerance) == []
 
 
+@pytest.mark.heavy
 def test_blocks_in_another_order_are_the_same_model():
     model = bsm.load(ROOT / "examples/staged_tunnel/full_face.toml")
     other = reordered(model, 1)

@@ -96,6 +96,7 @@ def wall(beds, heads):
     )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])
 @pytest.mark.parametrize(("side", "status"), [(0.99, "stable"), (1.01, "unstable")])
 def test_a_slab_slides_at_the_strength_of_a_curved_law(side, status, scheme):

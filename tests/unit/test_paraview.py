@@ -30,6 +30,7 @@ def constants(folder: Path) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("bolted", [True, False])
 def test_what_it_opens(tmp_path: Path, bolted: bool) -> None:
     folder = tmp_path / "out"

@@ -282,6 +282,7 @@ def test_a_title_that_is_too_wide_is_broken_within_the_picture() -> None:
     assert title.y1 <= figure.bbox.height
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8")
@@ -310,6 +311,7 @@ def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
         case.refuses("plot", "out/model", "--window", *window, says=["--window", "x0 below x1"])
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 def test_pictures_of_a_former_run_are_gone_with_it(results: Case) -> None:
     assert results.run("plot", "out/model", "--only", "model").code == 0
@@ -331,6 +333,7 @@ def test_headings() -> None:
     assert heading(unfinished) == "Tunnel: stage initial, stable, of an unfinished run"  # no verdict on the whole
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 def test_run_with_pictures(results: Case) -> None:
     outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")

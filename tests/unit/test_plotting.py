@@ -65,6 +65,7 @@ def test_a_window_that_is_none(results, window):
         results.plot("model", window=window)
 
 
+@pytest.mark.heavy
 def test_every_picture_of_the_command_is_one_of_a_script(results):
     """One list for both; the charts of the bolts are of a stage, and of no part of the model."""
     nothing = {

@@ -104,6 +104,7 @@ def test_a_concave_block_whose_centroid_lies_beyond_a_quiet_boundary_is_refused(
         bsm.run(model)
 
 
+@pytest.mark.heavy
 def test_others_are_shaken_on_without_what_came_down():
     """A block hangs by a weak joint from a roof that is quiet above."""
     polygons = [rectangle(-2, -3, 5, -2), rectangle(0, 2, 1, 3), rectangle(-2, 3, 1, 4), rectangle(1, 3, 3, 4)]

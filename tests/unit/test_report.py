@@ -40,6 +40,7 @@ def slope(tmp_path_factory):
     return results, folder, report(folder)[1]
 
 
+@pytest.mark.heavy
 def test_verdicts_with_their_grounds(slope):
     results, _, page = slope
     assert [stage.name for stage in results.stages] == re.findall(r"<h3>Stage (\w+)</h3>", page)
@@ -161,6 +162,7 @@ def test_the_next_run_takes_it_away(slope, tmp_path):
     assert not (tmp_path / "out" / "report.html").exists()
 
 
+@pytest.mark.heavy
 def test_blocks_that_come_down_and_texts_that_are_no_html(tmp_path):
     bsm.run(replace(incline(20.0, 30.0), title="a < b & <script>alert(1)</script>")).save(tmp_path / "out")
     _, page = report(tmp_path / "out", "--no-pictures")
@@ -216,6 +218,7 @@ def answered(tmp_path_factory):
     return folder / "out", folder / "out-safety"
 
 
+@pytest.mark.heavy
 def test_the_factor_of_safety_of_the_model_is_on_the_first_page(answered):
     _, safety = answered
     told = json.loads((safety / "safety.json").read_text())
@@ -244,6 +247,7 @@ def test_the_limit_of_a_key_is_no_factor_of_safety(answered, tmp_path):
         assert "Factor of safety" not in page
 
 
+@pytest.mark.heavy
 def test_the_factor_of_another_model_is_left_out(answered, tmp_path):
     shutil.copytree(answered[1], tmp_path / "out-safety")
     bsm.run(incline(20.0, 30.0)).save(tmp_path / "out")

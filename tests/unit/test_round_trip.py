@@ -65,6 +65,7 @@ def assert_equal(found: Any, expected: dict[str, np.ndarray]) -> None:
         np.testing.assert_array_equal(np.asarray(found[name]), values, err_msg=name)
 
 
+@pytest.mark.heavy
 def test_meshio_and_pyvista_read_what_vtk_reads(folder: Path) -> None:
     paths = sorted(folder.glob("*.vtu"))
     assert {path.name.partition("_")[0] for path in paths} == {*KINDS, "limit.vtu", "mended.vtu", "mesh.vtu"}

@@ -122,6 +122,7 @@ def test_what_is_proved_is_not_stable():
     assert "limit analysis proves that the blocks leave the initial geometry" in found.trials[-1].reason
 
 
+@pytest.mark.heavy
 def test_factor_of_an_incline_with_all_that_is_told():
     heard = []
     found = factor_of_safety(incline(), report=heard.append)
@@ -165,6 +166,7 @@ def test_a_trial_whose_process_dies_is_run_again(tmp_path):
         run_all([(2.0, None)])
 
 
+@pytest.mark.heavy
 def test_a_model_that_fails_as_it_is():
     weak = incline()
     found = factor_of_safety(weak.replace(joints=[replace(weak.joints[0], law=bsm.MohrCoulomb(friction=20.0))]))
@@ -179,6 +181,7 @@ def test_nothing_that_fails_is_no_limit():
     assert found.mechanism is None
 
 
+@pytest.mark.heavy
 def test_the_stage_in_question_is_weakened_and_what_is_before_it_not():
     """The block is held by another one until that is excavated."""
     polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5), rectangle(-3, 0, -1, 0.5))]
@@ -243,6 +246,7 @@ def test_joints_without_strength_are_refused():
         factor_of_safety(elastic, joints=["J"])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("start", ["stage", "after"])
 def test_a_stage_that_is_not_reached_has_a_factor_below_1(start):
     """The block slides as soon as what holds it is excavated: more strength in all stages leads to the next one."""
@@ -259,6 +263,7 @@ def test_a_stage_that_is_not_reached_has_a_factor_below_1(start):
     assert len(found.states[found.stable].stages) == 3
 
 
+@pytest.mark.heavy
 def test_a_sliver_that_is_too_small_to_count_is_no_bound():
     """A chip on the plane, steeper than the block, falls first, in statics as in the runs, and is left out in both."""
     chip = np.array([(3.0, 0.0), (3.03, 0.0), (3.0, 0.03)])
@@ -276,6 +281,7 @@ def test_a_sliver_that_is_too_small_to_count_is_no_bound():
     assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
 
 
+@pytest.mark.heavy
 def test_where_no_strength_is_enough_there_is_no_factor():
     """A block over an edge, its weight beyond it: it tips at any strength."""
     polygons = [rectangle(-5, -2, 0, 0), rectangle(-0.4, 0, 0.6, 0.5)]
@@ -318,6 +324,7 @@ def test_a_bound_beyond_the_bracket_is_in_the_last_line(limit, says):
         assert str(found).endswith(f"; {says}")
 
 
+@pytest.mark.heavy
 def test_a_bound_without_proof_is_told(monkeypatch):
     """Forces that no proof excludes are those of another criterion: movement alone."""
     monkeypatch.setattr(strength_factor._Search, "proof", lambda search: Proof(text="rounding spoils the proof"))
@@ -334,6 +341,7 @@ def staged(**given):
     return incline().replace(stages=stages, **given)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("start", ["stage", "after", "throughout"])
 def test_strength_that_stages_have_left_is_what_is_divided(start):
     """As of the stage in question, whether it names a part of strength itself or a former one did."""
@@ -343,6 +351,7 @@ def test_strength_that_stages_have_left_is_what_is_divided(start):
         assert found.limit.factor == pytest.approx(part * EXACT, rel=1e-4)
 
 
+@pytest.mark.heavy
 def test_a_stage_is_asked_about_before_the_bolts_of_a_later_one_are_there():
     """The bolt would hold the block at any strength that is tried."""
     along = np.array([np.cos(np.radians(DIP)), np.sin(np.radians(DIP))])
@@ -381,6 +390,7 @@ def test_another_start_that_has_no_answer_leaves_the_answer():
     assert any(note.startswith("not in the spread: strength reduced after") for note in found.notes)
 
 
+@pytest.mark.heavy
 def test_a_bound_of_where_blocks_were_given_is_none_after_they_have_moved():
     """The block is let down by the excavation of what it leans on, and slides to the next one."""
     polygons = [

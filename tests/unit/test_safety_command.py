@@ -42,6 +42,7 @@ def answered(given, tmp_path_factory):
     return code, shown, out
 
 
+@pytest.mark.heavy
 def test_the_answer_in_words(answered):
     code, shown, out = answered
     assert code == 0
@@ -92,6 +93,7 @@ def test_both_states_can_be_run_again(answered):
     assert tan(model.joints[0].law.friction) == pytest.approx(tan(40.0) / told["stable"], rel=1e-6)
 
 
+@pytest.mark.heavy
 def test_json_and_nothing_else(given, tmp_path):
     code, shown, heard, _ = asked("safety", given, "-o", tmp_path / "out", "--json")
     assert code == 0
@@ -99,6 +101,7 @@ def test_json_and_nothing_else(given, tmp_path):
     assert heard == ""
 
 
+@pytest.mark.heavy
 def test_a_second_answer_takes_the_place_of_the_first(given, tmp_path):
     for tolerance in (0.05, 0.01):
         assert asked("safety", given, "-o", tmp_path / "out", "-q", "--tolerance", tolerance)[0] == 0
@@ -128,6 +131,7 @@ def test_each_varied_key_has_its_own_folder(given, tmp_path):
         assert told["quantity"] == quantity
 
 
+@pytest.mark.heavy
 def test_joints_are_named_one_after_the_other(given, tmp_path):
     code, shown, _, _ = asked("safety", given, "--joints", "J", "-o", tmp_path / "out", "-q")
     assert code == 0
@@ -145,6 +149,7 @@ def test_a_folder_that_is_not_ours_is_refused(given, tmp_path):
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
 
 
+@pytest.mark.heavy
 def test_a_bracket_with_undecided_trials_ends_with_3(given, tmp_path, monkeypatch):
     def undecided(*arguments, **asked):
         return replace(bsm.factor_of_safety(*arguments, **asked), undecided=(1.45,), is_closed=False)
@@ -172,6 +177,7 @@ def test_nothing_that_fails():
     assert rows["limit analysis"].startswith("no upper bound: forces within strength exist")
 
 
+@pytest.mark.heavy
 def test_the_limit_of_a_key(given, tmp_path):
     """The block slides at a friction of 30 degrees."""
     out = tmp_path / "out"
@@ -206,6 +212,7 @@ def test_numbers_that_cannot_be_varied(given, tmp_path, arguments, says):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.heavy
 def test_back_analysis_by_the_command(given):
     """A run at 1e10 Pa/m gives the movement, and the movement the stiffness."""
     u, v, _ = bsm.run(incline(40.0, 30.0)).stages[0].displacement[1]

@@ -72,6 +72,7 @@ def test_the_default_joint_scatters_where_no_edge_bears_one() -> None:
     assert model.default_joint == "J2"  # for contacts that arise
 
 
+@pytest.mark.heavy
 def test_it_decides_where_faces_slip() -> None:
     """A pile on a tilt just below its friction is at rest; where some faces have less they slip."""
     pile = bsm.Blocks.from_polygons(grid(1, 8), rock="a")

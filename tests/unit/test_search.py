@@ -192,6 +192,7 @@ def reason_to_drop(scene, key, brute, kept, band):
     return False
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(seeds)
 def test_turning_and_moving_everything_changes_nothing(seed):
@@ -224,6 +225,7 @@ def test_many_candidates_of_one_pair():
     assert len(scene.within_tolerance(scene.detect())) == 1200
 
 
+@pytest.mark.heavy
 def test_pairs_looked_at_apart_by_two_threads_find_the_same(monkeypatch):
     """Row for row, with history, heirs and rivals, at every step of bricks that slide off a base, beside squares."""
     given, real = [], search.detect_contacts

@@ -28,6 +28,7 @@ def wall_of(name, **given):
     return model.replace(joints=[bsm.Joint("J", 1e9, 1e9, **LAWS[name])])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", LAWS)
 def test_energies_balance_under_every_law(name):
     stage = bsm.run(wall_of(name)).stages[-1]
@@ -84,6 +85,7 @@ def roof(shaking):
 UP = bsm.Shaking(record=quake(8.0, 3.0), direction=90.0, every=0.1)
 
 
+@pytest.mark.heavy
 def test_a_roof_block_that_is_shaken_loose_comes_down():
     results = bsm.run(roof(UP))
     stage = results.stages[-1]
@@ -95,6 +97,7 @@ def test_a_roof_block_that_is_shaken_loose_comes_down():
     assert stage.shaking.time[-1] < 3.0
 
 
+@pytest.mark.heavy
 def test_the_others_are_shaken_on_without_what_came_down():
     results = bsm.run(roof(UP), bsm.Options(falls=bsm.Falls(on_fall="remove")))
     stage = results.stages[-1]
@@ -104,6 +107,7 @@ def test_the_others_are_shaken_on_without_what_came_down():
     assert_allclose(np.diff(stage.shaking.time), 0.1)
 
 
+@pytest.mark.heavy
 def test_a_block_that_topples_and_then_rests_is_in_the_verdict(tmp_path):
     """Half of its height, less half of its width, is how far its centroid falls."""
     width, height = 0.25, 1.0
@@ -153,6 +157,7 @@ def test_results_of_a_shaken_stage_come_back_from_their_folder(tmp_path):
         bsm.Results.load(tmp_path / "out")
 
 
+@pytest.mark.heavy
 def test_a_verdict_says_what_it_means():
     stage = bsm.run(block_on_plane(HARD, friction=0.2)).stages[-1]
     assert any("survived this record; that is no factor of safety" in note for note in stage.notes)
@@ -162,6 +167,7 @@ def test_a_verdict_says_what_it_means():
     assert any("no baseline" in note for note in bsm.run(block_on_plane(record, friction=0.5)).stages[-1].notes)
 
 
+@pytest.mark.heavy
 def test_a_record_of_nothing_is_not_survived():
     """Blocks are followed all the same: they move freely from where they are."""
     still = bsm.Shaking(waveform="sine", frequency=2, amplitude=0.0, duration=0.2)
@@ -170,6 +176,7 @@ def test_a_record_of_nothing_is_not_survived():
     assert not any("survived" in note for note in stage.notes)
 
 
+@pytest.mark.heavy
 def test_energies_that_do_not_balance_are_no_answer():
     stage = bsm.run(wall(replace(HARD, max_imbalance=1e-9))).stages[-1]
     assert stage.status == "not_converged"
@@ -177,6 +184,7 @@ def test_energies_that_do_not_balance_are_no_answer():
     assert "give shaking a smaller time_step (now" in stage.reason
 
 
+@pytest.mark.heavy
 def test_masses_are_raised_where_it_is_asked_for_and_told():
     polygons = [*running_bond(2, 2), rectangle(0, 1, 0.1, 1.1)]
     light = [rectangle(-2, -1, 4, 0), *polygons]
@@ -233,6 +241,7 @@ def test_spread_compares_time_steps_and_the_record_turned_over():
     assert "a single run is no answer here" in spread_text(wide)
 
 
+@pytest.mark.heavy
 def test_threads_change_no_digit(monkeypatch):
     monkeypatch.setattr("bsm_mesh.solve.motion.threads.AT_ONCE", 20)
     shaking = bsm.Shaking(record=quake(5.0, 0.4), every=0.1)

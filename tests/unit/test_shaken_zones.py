@@ -65,6 +65,7 @@ def test_compiled_forces_are_those_of_the_equations(name, order, displacement):
     assert_allclose(forces, exact, atol=3e-7 * np.abs(exact).max())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_bar_on_a_base_that_starts_moves_as_its_waves_do(order):
     found, exact, stage = started(order)
@@ -116,6 +117,7 @@ SMALL = bsm.Zones(size=1.0)
 LARGE = bsm.Zones(size=1.0, displacement="large")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", LAWS)
 def test_energies_balance_under_every_law(name):
     model = shaken_zones(PILE, HARD, joint=bsm.Joint("J", 1e9, 1e9, **LAWS[name]), zones=LARGE, young=1e9)
@@ -127,6 +129,7 @@ def test_energies_balance_under_every_law(name):
     assert_allclose(stage.shaking.slip_energy.sum(), energy["slip"])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("damping", [0.3, "housner"])
 def test_dashpots_of_joints_take_energy(damping):
     how = {"contact_damping": damping, "every": 0.1}
@@ -137,6 +140,7 @@ def test_dashpots_of_joints_take_energy(damping):
     assert energy["dashpots"] > 0.9 * energy["input"] > 0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("bolt", [{}, {"bond_strength": 2e4}, {"kind": "end_anchored", "pretension": 2e4}])
 def test_bolts_water_and_an_excavated_stage_before(bolt):
     """Slip of less than a hundredth of a block stretches the bolt, which is inclined."""
@@ -159,6 +163,7 @@ def test_bolts_water_and_an_excavated_stage_before(bolt):
     assert results.check().ok
 
 
+@pytest.mark.heavy
 def test_water_in_joints_does_work():
     water = bsm.Water(table=[(-2, 0.4), (3, 0.4)], joint_pressure={"J": 8e3})
     given = {"joint": bsm.Joint("J", 1e8, 1e8, law=FRICTION), "zones": SMALL, "young": 1e9, "water": water}
@@ -267,6 +272,7 @@ def test_supports_and_boundaries_that_they_do_not_know_are_refused():
         bsm.run(model)
 
 
+@pytest.mark.heavy
 def test_energies_that_do_not_balance_are_no_answer():
     joint = bsm.Joint("J", 1e9, 1e9, **LAWS["growing"])
     model = shaken_zones(PILE, replace(HARD, max_imbalance=1e-8), joint=joint, zones=LARGE, young=1e9)
@@ -276,6 +282,7 @@ def test_energies_that_do_not_balance_are_no_answer():
     assert "give shaking a smaller time_step (now" in stage.reason
 
 
+@pytest.mark.heavy
 def test_results_come_back_from_their_folder(tmp_path):
     hard = replace(HARD, every=0.25)
     model = shaken_zones(PILE, hard, zones=LARGE, young=1e9, histories=[bsm.History(name="b", block=1)])

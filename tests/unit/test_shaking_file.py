@@ -99,6 +99,7 @@ SHAKINGS = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", SHAKINGS)
 def test_the_model_that_was_run_is_written_and_read_back(tmp_path, name):
     model = block_on_plane(SHAKINGS[name], friction=0.4)

@@ -79,6 +79,7 @@ def test_masonry_in_running_bond() -> None:
     assert lengths(cut, dict(cut.joints)) == pytest.approx({"bed": 30, "head": 4 + 5 + 4 + 5})
 
 
+@pytest.mark.heavy
 def test_voronoi_cells_have_the_size_asked_for_and_grow_regular() -> None:
     region = [Region(outline=box(0, 0, 30, 30), rock="gneiss")]
     ragged, regular = (

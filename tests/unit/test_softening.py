@@ -110,6 +110,7 @@ def slab(law, angle):
     )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("angle", "status"), [(39.8, "stable"), (40.2, "unstable")])
 def test_a_slab_stands_up_to_its_peak_and_goes_beyond_it(angle, status):
     law = MohrCoulomb(friction=40, residual_friction=30, softening_slip=0.05)

@@ -167,6 +167,7 @@ def test_the_tangent_is_the_derivative_of_the_forces(installed):
     assert_allclose(tangent, (numeric + numeric.T) / 2, atol=1e-6 * np.abs(tangent).max())
 
 
+@pytest.mark.heavy
 def test_cycles_of_motion_have_the_same_forces(installed):
     bolts, position, _ = installed
     forces = np.zeros((3, 6))
@@ -212,6 +213,7 @@ def test_three_bolts_share_the_weight_by_statics():
     assert_allclose(stage.bolts.axial_force, exact, rtol=1e-3)  # the cube has turned by 2e-4
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("part", "status"), [(1.002, "stable"), (0.998, "unstable")])
 def test_bond_in_the_block_holds_its_weight_or_not(part, status):
     bolt = bsm.Bolt(start=(0.5, 0.5, -1), end=(0.5, 0.5, 1.5), bond_strength=part * 26e3, **STEEL)

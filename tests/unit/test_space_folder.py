@@ -53,6 +53,7 @@ def folder(results, tmp_path_factory):
         return results.save(tmp_path_factory.mktemp("saved") / "out")
 
 
+@pytest.mark.heavy
 def test_results_are_read_back_to_the_last_digit(results, folder):
     again = bsm.Results.load(folder)
     assert [stage.status for stage in again.stages] == ["stable", "stable", "unstable"]
@@ -129,6 +130,7 @@ def test_vtk_reads_polyhedra_and_contact_polygons(results, folder):
     assert (folder / "contacts.pvd").read_text().count("contacts_000") == 3
 
 
+@pytest.mark.heavy
 def test_the_model_as_run_builds_the_same_model(case: Case) -> None:
     case.write("shape/cavern.csv", "x;z\n-2;2.5\n2;2.5\n2;3\n-2;3\n")
     polygon = "polygon = [[-2, 2.5], [2, 2.5], [2, 3], [-2, 3]]"
@@ -157,6 +159,7 @@ bearing_strength = "50 MPa"
 """
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("text", "renewed"), [(SLOPE + WEAKER, False), (SLOT + WEAKER, True), (SLOPE + WEAKER + BOLTED, False)]
 )
@@ -180,6 +183,7 @@ def test_an_interrupted_run_goes_on_to_the_same_digits(case: Case, text: str, re
         equal(one, other)
 
 
+@pytest.mark.heavy
 def test_steps_are_snapshots(case: Case) -> None:
     case.write("slope.toml", SLOPE + WEAKER + '\n[output]\nsnapshots = "steps"\n')
     assert case.run("run", "slope.toml", "-o", "out").code == 0

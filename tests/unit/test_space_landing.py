@@ -53,6 +53,7 @@ def test_a_cube_that_drops_rests_on_a_face_by_its_weight(about_y, about_x, gap):
     assert heights[4:] == pytest.approx(1, abs=1e-4)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("dip", "friction"), [(25, 20), (40, 20), (50, 10), (70, 20)])
 def test_a_block_that_slides_down_to_a_floor_stays_above_it(dip, friction):
     """Its bottom faces the floor best but lies over the slope; the face that lies over the floor faces it worse."""

@@ -80,6 +80,7 @@ def test_a_stage_whose_blocks_overlap_is_not_at_rest():
     assert any("blocks have passed into each other by 0.0024 of a block's volume" in fault for fault in faults)
 
 
+@pytest.mark.heavy
 def test_a_stone_on_a_part_of_a_face_is_borne():
     """A cube on a table of 4 x 4 m, whose top is no face of the cube, rests as on one of its own; no proof knows it."""
     stage = bsm.run(model_in_space([TABLE, CUBE], friction=30, fixed=[0]), bsm.Options(threads=1)).stages[0]

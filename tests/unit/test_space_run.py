@@ -55,6 +55,7 @@ strength = {J1 = 0.7}
 """
 
 
+@pytest.mark.heavy
 def test_stages_of_a_model_file_are_run_and_told(case: Case) -> None:
     """Weights of 10 and 2 m3; at 0.7 of its strength the joint holds to 26.1 degrees, and dips 30."""
     case.write("slope.toml", SLOPE + WEAKER)
@@ -173,6 +174,7 @@ yield_strength = "500 MPa"
 ROWS = "start_x,start_y,start_z,end_x,end_y,end_z,diameter [mm]\n1,0.5,2.2,0.5,0.5,0.2,25\n1,1.5,2.2,0.5,1.5,0.2,25\n"
 
 
+@pytest.mark.heavy
 def test_bolts_of_a_table_are_run_written_and_read(case: Case) -> None:
     case.write("hung.toml", HUNG)
     case.write("bolts.csv", ROWS)

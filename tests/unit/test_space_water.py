@@ -62,6 +62,7 @@ def test_half_in_water_a_block_is_lifted_by_what_is_wet(depth):
     assert found[0, 4] == pytest.approx(WATER / 2 * (1 / 2 - 1 / 3) - WATER / 2 * (1 / 3 - 1 / 2) * -1)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("share", "status"), [(0.99, "stable"), (1.01, "unstable")])
 def test_a_pressure_in_the_joint_lets_a_block_slide(share, status):
     """At 20 degrees: W sin = (W cos - p A) tan phi."""
@@ -107,6 +108,7 @@ joint_pressure = {J1 = "2 kPa"}
     case.refuses("run", "slope.toml", says=["water: joint_pressure: there is no joint 'J2'; did you mean 'J1'?"])
 
 
+@pytest.mark.heavy
 def test_the_certificate_follows_the_water() -> None:
     """Rock cut at random, half in the water of an inclined plane, one joint under a pressure of its own."""
     water = bsm.Water(plane=bsm.HeadPlane(point=(2, 2, 1.4), dip=12, dip_direction=200), joint_pressure={"J2": 5e3})

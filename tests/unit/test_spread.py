@@ -44,6 +44,7 @@ def test_routes_to_one_equilibrium_differ_by_rounding():
     assert max(one.difference for one in ends) < 1e-3 * results.stages[0].max_displacement
 
 
+@pytest.mark.heavy
 def test_relaxation_is_repeated_with_half_the_damping():
     """Where relaxation decided, and nowhere else; the other damping rounds otherwise and leads near, not there."""
     slope = bsm.spread(bsm.run(jointed_slope(150, 36.0).model(1.0))).spread
@@ -76,6 +77,7 @@ def test_blocks_that_come_down_have_no_difference():
     assert {one.difference for one in ends} == {None}
 
 
+@pytest.mark.heavy
 def test_an_excavation_is_released_in_parts():
     stop = turned(rectangle(-1.5, 0, -0.5, 0.5), 30.0)
     polygons = [turned(p, 30.0) for p in (rectangle(-9, -2, 3, 0), rectangle(-0.5, 0, 0.5, 0.5))]

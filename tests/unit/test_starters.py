@@ -20,6 +20,7 @@ def change(case: Case, name: str, old: str, new: str) -> None:
     model.write_text(model.read_text().replace(old, new))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", [name for name in starter_names() if next_command(name) == "run"])
 def test_every_starter_runs(case: Case, name: str) -> None:
     assert case.run("new", name, "mine").code == 0
@@ -31,6 +32,7 @@ def test_every_starter_runs(case: Case, name: str) -> None:
     assert all(len(script.read_text().splitlines()) < 80 for script in (case.folder / "mine").glob("*.py"))
 
 
+@pytest.mark.heavy
 def test_the_key_blocks_of_the_starter_are_found(case: Case) -> None:
     assert "next: bsm-mesh key-blocks mine" in case.run("new", "key_blocks", "mine").out
     outcome = case.run("key-blocks", "mine/model.toml", "--json")
@@ -53,6 +55,7 @@ def test_the_wedge_of_the_starter_has_the_factor_of_hoek_and_bray(case: Case) ->
     assert 0.97 * factor < 1 < 0.98 * factor  # as its comment says
 
 
+@pytest.mark.heavy
 def test_the_bolts_of_the_roof_share_its_pyramid(case: Case) -> None:
     """A pyramid of 60 degrees over 2 x 2 m: 26 kN/m3 times 4 sqrt(3) / 3 m3."""
     case.run("new", "roof", "mine")
@@ -82,6 +85,7 @@ def test_the_tunnel_can_be_changed(case: Case) -> None:
     assert area[loaded.blocks.excavations[inside[0]]].sum() == pytest.approx(9 * 3.14159, rel=1e-2)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "wedge"), [("cavern", (-0.5, 12.9, 8.2)), ("tunnel", (0.2, 3.0, 2.5))])
 def test_the_roof_wedge_stands_with_bolts_and_falls_without(case: Case, name: str, wedge: tuple[float, ...]) -> None:
     x, y, area = wedge

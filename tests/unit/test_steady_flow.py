@@ -146,6 +146,7 @@ def test_every_node_of_a_random_network_balances(seed):
     assert (flow.head <= np.maximum(given.spill, net.point[:, 1]) * (1 + 1e-12)).all()
 
 
+@pytest.mark.heavy
 def test_nodes_balance_beside_joints_a_thousand_times_as_wide():
     """Discharges in these are all but lost in rounding of heads; flows that are not found are said to be none."""
     found = 0

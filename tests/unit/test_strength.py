@@ -108,6 +108,7 @@ def test_lines_of_a_law_of_the_users_own_are_divided_and_those_it_has_not_are_no
     assert not hasattr(reduced_law(Parabolic(), 2), "strength_lines")
 
 
+@pytest.mark.heavy
 def test_a_law_of_the_users_own_runs_at_another_strength_and_keeps_its_name():
     polygons = [rectangle(0, -1, 4, 0), rectangle(1, 0, 2, 1)]
     model = model_of(polygons, law=Parabolic(), gravity_horizontal=0.1)

@@ -64,6 +64,7 @@ def done(study: Case, whole_folder: Path) -> Case:
     return study
 
 
+@pytest.mark.heavy
 def test_both_verdicts_occur(whole: dict[str, list[Any]]) -> None:
     """A block slips on its joint where the slope of 30 degrees, more or less, is beyond the joint's friction."""
     assert {"stable", "unstable"} <= set(whole["status"])
@@ -105,6 +106,7 @@ def test_two_processes_give_the_same(study: Case, whole: dict[str, list[Any]]) -
     assert table.metadata["model"] == bsm.load("model.toml").digest
 
 
+@pytest.mark.heavy
 def test_what_is_finished_is_not_done_again(done: Case) -> None:
     times = StudyTable.read(Path("out/study/study.parquet")).columns["seconds"]
     again = done.run("study", "study.toml")
@@ -291,6 +293,7 @@ def test_two_at_once_are_refused() -> None:
     assert b"is at work on this study" in code.stderr
 
 
+@pytest.mark.heavy
 def test_rows_do_not_depend_on_the_others(study: Case, whole: dict[str, list[Any]]) -> None:
     """A run is a matter of its number and values alone."""
     loaded = load_study(Path("study.toml"))

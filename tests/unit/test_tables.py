@@ -105,6 +105,7 @@ def test_bolts_that_are_not_installed_yet_have_no_force() -> None:
     assert dict(bolt_rows(results.stages[1].bolts))["greatest force in a bolt"].startswith("0 N (")
 
 
+@pytest.mark.heavy
 def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -> None:
     print_table("A title that is longer than its table by far", ("a", "b"), [("1", "2")])
     title, *_ = capsys.readouterr().out.splitlines()
@@ -118,6 +119,7 @@ def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -
             assert told or len(line) <= 80, line
 
 
+@pytest.mark.heavy
 def test_what_fell_and_what_is_compared_is_told_whole(case: Case) -> None:
     """A table of what was taken away, and one with wide numbers: 80 columns, nothing cut, no word broken."""
     case.run("new", "cavern", "mine")

@@ -48,6 +48,7 @@ MODELS = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", MODELS)
 def test_the_run_takes_the_time_steps_that_were_expected(name):
     model = MODELS[name]()

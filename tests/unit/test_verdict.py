@@ -138,6 +138,7 @@ def test_a_block_that_runs_on_is_followed_as_far_as_asked(limit, reason):
     assert stage.max_displacement > (limit or 3.0)
 
 
+@pytest.mark.heavy
 def test_a_block_that_slides_far_and_lands_does_not_run_on():
     """The same with a wall in its way after four sizes."""
     polygons = [

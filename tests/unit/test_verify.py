@@ -63,6 +63,7 @@ def test_a_verdict_that_its_scheme_cannot_give_does_not_hold(tmp_path, scheme, c
     assert f"an equilibrium of scheme '{scheme}' is none for '{claimed}'" in faults[0]
 
 
+@pytest.mark.heavy
 def test_a_slide_is_proved_by_its_mechanism(tmp_path):
     (ground,), code = told(bsm.run(on_incline(25.0)), tmp_path / "out")
     assert (ground["verdict"], ground["kind"], code) == ("unstable", "proved", 0)
@@ -78,6 +79,7 @@ def test_what_was_followed_is_named_where_nothing_is_proved(tmp_path):
     assert "forces within strength exist that balance the loads, which proves nothing" in ground["text"]
 
 
+@pytest.mark.heavy
 def test_no_proof_is_sought_where_blocks_have_moved_before(tmp_path):
     polygons = [turned(p, 30.0) for p in (rectangle(-9, -2, 3, 0), rectangle(-0.5, 0, 0.5, 0.5))]
     stop = turned(rectangle(-1.8, 0, -0.8, 0.5), 30.0)
@@ -87,6 +89,7 @@ def test_no_proof_is_sought_where_blocks_have_moved_before(tmp_path):
     assert "no proof was sought: blocks moved by 0.3 m before" in grounds[1]["text"]
 
 
+@pytest.mark.heavy
 def test_an_excavation_is_proved_where_nothing_has_moved(tmp_path):
     polygons = [turned(p, 30.0) for p in (rectangle(-9, -2, 3, 0), rectangle(-0.5, 0, 0.5, 0.5))]
     stop = turned(rectangle(-1.5, 0, -0.5, 0.5), 30.0)

@@ -53,6 +53,7 @@ def test_commands_on_a_mesh_file_load_no_gmsh(tmp_path: Path) -> None:
     assert (tmp_path / "out/by_meshio/summary.json").exists()
 
 
+@pytest.mark.heavy
 def test_a_geometry_does_load_it(tmp_path: Path) -> None:
     """The mark is seen where Gmsh is needed, and its absence is said in one line."""
     (tmp_path / "model.toml").write_text(

@@ -207,6 +207,7 @@ def collapsing(kind):
     }[kind]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["apart", "undercut", "may slide", "wedge", "in two parts"])
 def test_a_collapse_is_an_answer(kind, tmp_path):
     """Blocks that nothing holds, and a wedge on a smooth plane: unstable, named, and proved by virtual work."""

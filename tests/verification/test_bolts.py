@@ -44,6 +44,7 @@ def roof_bolt(**keys):
 # --- a bolt that hangs a free block -----------------------------------------------------------------------------
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("stiffness", [1e5, 1e7, 1e9, 1e12])
 @pytest.mark.parametrize("kind", ["grouted", "end_anchored"])
 @pytest.mark.parametrize("spacing", [1.0, 1.5])
@@ -54,6 +55,7 @@ def test_hanging_block(stiffness, kind, spacing):
     assert_allclose(results.stages[-1].bolts.axial_force, GAMMA * spacing, rtol=5e-3)
 
 
+@pytest.mark.heavy
 def test_elastic_bond_holds_a_block_where_the_bolt_leaves_it():
     """Hung clear of the roof 0.1 m off its centre it tilts by atan of that over the depth of its centroid below."""
     results = solve(
@@ -82,6 +84,7 @@ CAPACITIES = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", CAPACITIES)
 def test_capacity_below_and_above_the_weight(name):
     keys, status = CAPACITIES[name]
@@ -218,6 +221,7 @@ def test_forces_of_bolts_are_in_balance_with_themselves(seed):
     assert_allclose(moment.sum(), 0, atol=1e-12 * np.abs(moment).sum())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("load", [2e4, 6e4])
 def test_end_anchored_is_grouted_with_two_nodes(load):
     """A grouted bolt through two blocks has one element; its bond there is the anchorage."""
@@ -233,6 +237,7 @@ def test_end_anchored_is_grouted_with_two_nodes(load):
     assert_allclose(one.stages[-1].bolts.axial_force, other.stages[-1].bolts.axial_force, rtol=1e-9)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["grouted", "end_anchored"])
 def test_stiffness_times_length_instead_of_modulus_and_diameter(kind):
     """Wang Eqs. 5.1, 5.2: the tension is K_b times the elongation, K_b L the input."""

@@ -20,6 +20,7 @@ def stands(model):
     return results.status == "stable" and results.stages[0].max_displacement < 1e-3
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("zw", "printed"), [(3.0, 1.247), (4.348, 1.072), (0.0, 1.544)])
 def test_plane_failure_stands_up_to_the_books_factor(zw, printed):
     slope = hoek_and_bray(zw=zw)
@@ -28,6 +29,7 @@ def test_plane_failure_stands_up_to_the_books_factor(zw, printed):
     assert not stands(slope.model(slope.factor * (1 + MARGIN)))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("peak", "left", "status"), [(1.01, None, "stable"), (0.99, None, "unstable"), (1.01, 0.5, "stable")]
 )

@@ -47,6 +47,7 @@ def both(model):
     return results.stages, solve_continuum_stages(model, order=1, joints=True)
 
 
+@pytest.mark.heavy
 def test_wang_example_4():
     """Three grouted bolts around an opening, in rock of 40 GPa."""
     loaded = load_model_file(EXAMPLES / "04_bolted_opening/model.toml", lambda _: None)

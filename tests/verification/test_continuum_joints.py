@@ -76,6 +76,7 @@ def test_rigid_limit_from_zero_stress(name):
         assert force < SAME_FORCES
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["staged_tunnel/full_face.toml", "staged_tunnel/model.toml"])
 def test_rigid_limit_of_a_jointed_tunnel_in_situ(name):
     initial, *others = both(name)
@@ -95,6 +96,7 @@ def test_rigid_limit_under_a_falling_water_table():
         assert force < 2e-3
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("fields", [{}, ELASTIC], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("friction", [20.0, 35.0])
 def test_incline(friction, fields):
@@ -127,6 +129,7 @@ def test_water_in_a_joint_lifts_a_dry_block(joint_pressure):
     assert_allclose(stage.contacts.water_pressure, joint_pressure)
 
 
+@pytest.mark.heavy
 def test_cohesion_and_tensile_strength():
     """A block hangs under a ceiling by the tensile strength of its joint, until its weight is more."""
     shapes = [rectangle(-2, 1, 3, 2), rectangle(0, 0, 1, 1)]

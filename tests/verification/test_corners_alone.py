@@ -44,6 +44,7 @@ def test_a_lintel_slides_beyond_its_friction(kind):
     assert bsm.run(model).stages[-1].max_displacement > 0.1
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", LINTELS)
 def test_the_factor_of_a_lintel_on_tips(kind):
     exact = np.tan(np.radians(FRICTION)) / np.tan(np.radians(20.0))

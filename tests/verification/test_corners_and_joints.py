@@ -44,6 +44,7 @@ def pushed_over_a_joint(factor, kn, *, lean=0.0, step=0.0, mirrored=False, degre
     return model_of([put(p) for p in polygons], friction=30, kn=kn, gravity_direction=degrees - 90.0, loads=[load])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("lean", [0.0, 35.0])
 @pytest.mark.parametrize("kn", [1e7, 1e9, 1e11])
 def test_a_block_does_not_catch_on_what_its_neighbour_settles_less(kn, lean):
@@ -56,6 +57,7 @@ def test_a_block_does_not_catch_on_what_its_neighbour_settles_less(kn, lean):
         assert run(pushed_over_a_joint(1.06, kn, **frame), limit=0.6).status == "stable"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("lean", [0.0, 35.0])
 @pytest.mark.parametrize(("step", "status"), [(1e-4, "unstable"), (1e-3, "unstable"), (0.02, "stable")])
 def test_a_low_step_is_none_and_a_real_one_stops_the_block(step, status, lean):
@@ -99,6 +101,7 @@ def test_joints_in_an_incline_neither_stop_a_slab_nor_let_it_go(friction, degree
     assert list(slides.unstable_blocks) == [7]
 
 
+@pytest.mark.heavy
 def test_a_slab_does_not_sink_while_it_slides_over_joints():
     """On soft joints every new support must carry what the last one did: seen, it sank by its closure at each joint."""
     results = run(incline_of_blocks(30.0, 30.3, kn=1e8), limit=2.0)
@@ -108,6 +111,7 @@ def test_a_slab_does_not_sink_while_it_slides_over_joints():
     assert lowest > -6 * closure
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("side", [-1, 1])
 @pytest.mark.parametrize("angle", [60.0, 90.0, 120.0])
 def test_a_block_on_the_tip_of_another_comes_down_on_the_side_it_leans_to(side, angle):

@@ -58,6 +58,7 @@ def test_linear_scheme_shares_with_the_joint():
     assert results.check().ok
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("share", "status"), [(0.98, "stable"), (1.02, "unstable")])
 def test_strength_decides(share, status):
     strengths = {"bearing_strength": 60e6, "yield_strength": 400e6}
@@ -71,6 +72,7 @@ def test_strength_decides(share, status):
     assert found.factor == pytest.approx(1 / share, rel=1e-6)
 
 
+@pytest.mark.heavy
 def test_without_it_the_block_slides():
     _, results = pushed(10e3, CONTINUATION, bearing_stiffness=None, bond_strength=0.0)
     assert results.status == "unstable"

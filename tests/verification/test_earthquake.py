@@ -32,6 +32,7 @@ def least_slope(angle, down, up=0.0):
     return (weight * np.sin(a) + down * np.cos(a)) / (weight * np.cos(a) - down * np.sin(a))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("angle", "down", "up"), [(0, 0.2, 0), (20, 0.15, 0), (30, -0.1, 0), (30, 0.1, 0.3), (25, 0, 0.5)]
 )
@@ -56,6 +57,7 @@ def test_a_block_on_an_incline(angle, down, up, in_a_stage):
             assert results.check().ok
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_column_topples_at_its_breadth_over_its_height(side):
     breadth, height = 1.0, 4.0
@@ -67,6 +69,7 @@ def test_a_column_topples_at_its_breadth_over_its_height(side):
         assert bsm.limit_analysis(model).admissible == (verdict == "stable")
 
 
+@pytest.mark.heavy
 def test_a_model_that_is_shaken_tilts_less():
     """What is added turns with gravity: the column topples where its resultant leaves the base."""
     model = model_of([rectangle(-9, -1, 9, 0), rectangle(0, 0, 1, 4)], friction=60, gravity_horizontal=0.1)

@@ -251,6 +251,7 @@ def test_the_field_as_pressure_keeps_everything_in_place(options):
         )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("friction", "matters"), [(25.0, True), (45.0, False)])
 def test_with_slip_the_order_matters(friction, matters):
     """High horizontal stress makes joints slip around the first of two openings; without slip the order is nothing."""
@@ -270,6 +271,7 @@ def test_with_slip_the_order_matters(friction, matters):
     assert apart > 0.05 if matters else apart < ROTATIONS
 
 
+@pytest.mark.heavy
 def test_the_stage_that_fails_is_the_answer():
     """A brick roof under little horizontal stress: 2 m wide it arches, at 4 m a triangle of it falls: the end.
 
@@ -289,6 +291,7 @@ def test_the_stage_that_fails_is_the_answer():
     assert ((x > 4) & (x < 8) & (y > 6)).all()
 
 
+@pytest.mark.heavy
 def test_the_iteration_of_the_thesis_goes_through_stages_too():
     law = bsm.MohrCoulomb(friction=45.0)
     joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=law)

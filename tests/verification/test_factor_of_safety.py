@@ -32,6 +32,7 @@ def contains(found, exact, within=WIDTH):
     assert found.stable * (1 - within) <= exact <= found.unstable * (1 + within), f"{found}, exact {exact}"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("friction", "dip"), [(40.0, 30.0), (20.0, 30.0)])
 def test_incline(friction, dip):
     found = factor_of_safety(incline(friction, dip), tolerance=WIDTH)
@@ -40,6 +41,7 @@ def test_incline(friction, dip):
     assert found.mechanism.blocks.tolist() == [1]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("slope", [hoek_and_bray, sau_mau_ping])
 @pytest.mark.parametrize(
     "given", [{"zw": 3.0}, {"cohesion": 0.0}, {"zw": 3.0, "cohesion": 0.0}, {}, {"zw": 3.0, "horizontal": 0.1}]
@@ -70,6 +72,7 @@ def test_tutorial_slope_the_lower_block_without_the_top_one():
     contains(factor_of_safety(tutorial_slope(20.0, excavate=(1, 3)), tolerance=WIDTH), tan(20.0) / 0.3, 5e-4)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("apex", "ratio", "share"), [(10, 1, 1.3), (20, 100, 3), (30, 10, 10), (30, 1, 2), (40, 10, 3)]
 )
@@ -81,6 +84,7 @@ def test_roof_prism(apex, ratio, share):
     assert found.limit.factor == pytest.approx(tan(case.friction) / tan(apex), rel=1e-4)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("start", ["stage", "after", "throughout"])
 def test_roof_prism_that_an_excavation_undercuts(start):
     """Nothing slips before the limit, so that no start matters."""

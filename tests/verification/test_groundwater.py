@@ -56,6 +56,7 @@ def test_plane_failure_with_a_tension_crack(zw, cohesion):
     assert_allclose((cohesion * base + normal * tan_phi) / abs(shear), expected, rtol=STATICS)
 
 
+@pytest.mark.heavy
 def test_water_falls_from_stage_to_stage():
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons([square(0, 0)], rock="rock"),

@@ -16,6 +16,7 @@ DIP = 15.0
 LINE = plane(DIP)
 
 
+@pytest.mark.heavy
 def test_the_verdict_is_that_of_the_joint_in_the_mesh(tmp_path: Path) -> None:
     bare = write_section(tmp_path / "bare.msh", 2.0, quads=False)
     cut = write_section(tmp_path / "cut.msh", 2.0, quads=False, joint=LINE)

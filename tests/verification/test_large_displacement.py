@@ -36,6 +36,7 @@ def incline(height, friction, angle, kn=10e6, *, scale=1.0, degrees=0.0, force=1
     return model_of(polygons, friction=friction, kn=kn * unit, gamma=2e4 * unit, gravity_direction=degrees - 90.0)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("height", "friction", "angle", "status", "turns"),
     [
@@ -94,6 +95,7 @@ def arch(n, thickness, kn):
     return model_of([*stones, *springings], friction=89.0, kn=kn, fixed=(n, n + 1))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("kn", "within"), [(1e10, 0.01), (1e9, 0.02)])
 @pytest.mark.parametrize("n", THICKNESS)
 def test_least_thickness_of_an_arch(n, kn, within):
@@ -104,6 +106,7 @@ def test_least_thickness_of_an_arch(n, kn, within):
     assert not set(fallen.unstable_blocks) & {n, n + 1}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_harmonic_stack(n):
     for scale, status in ((0.99, "stable"), (1.01, "unstable")):
@@ -123,6 +126,7 @@ def column(n, degrees):
     return model_of([rectangle(-20, -1, 20, 0), *stones], friction=60, kn=1e10, gravity_direction=-90.0 - degrees)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_tilt_at_which_a_column_topples(n):
     """Atan(b / (n h)); once down it may reach rest, so what is looked at is how far it went."""
@@ -152,6 +156,7 @@ def test_a_pushed_block_comes_to_rest_against_a_wall(kn):
     assert (np.abs(c.shear_force) <= -c.normal_force * np.tan(np.radians(30)) + 1e-6).all()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kn", [1e8, 1e10])
 def test_a_pushed_block_without_the_wall_goes_on(kn):
     results = solve(pushed_block(False, kn))
@@ -240,6 +245,7 @@ def test_a_prescribed_displacement_carries_what_lies_on_it(displacement, degrees
     assert_allclose(stage.total_reaction, [0, 2 * GAMMA], atol=1e-4 * GAMMA)
 
 
+@pytest.mark.heavy
 def test_a_corner_lifted_past_the_friction_angle_lets_the_block_above_slide():
     polygons = [rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 1.5)]
     for lift, status in ((0.3, "stable"), (0.65, "unstable")):
@@ -253,6 +259,7 @@ def test_a_corner_lifted_past_the_friction_angle_lets_the_block_above_slide():
             assert_allclose(results.stages[-1].displacement[0, 2], -np.arcsin(lift), atol=1e-6)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("friction", "status"), [(32.0, "stable"), (28.0, "unstable")])
 def test_rollers_in_a_direction_of_30_degrees(friction, status):
     """A block on a slab that rollers normal to it carry and one along it holds; the slab leans by 30 degrees."""
@@ -287,6 +294,7 @@ def test_without_any_load_there_is_no_verdict():
         solve(model_of([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], gamma=0.0))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("drop", "status"), [(0.05, "stable"), (1.5, "unstable")])
 def test_a_block_that_slides_over_a_ledge(drop, status):
     """It lands behind a low ledge and continues to the wall; in a fall of more than its size it is called free."""
@@ -315,6 +323,7 @@ def test_tensile_strength_holds_a_block_until_it_breaks():
     assert solve(glued(GAMMA + 20.1e3)).status == "unstable"
 
 
+@pytest.mark.heavy
 def test_saved_results_come_back(tmp_path):
     for model in (pushed_block(True, 1e9), pushed_block(False, 1e9)):
         results = solve(model)
@@ -347,6 +356,7 @@ APEX = [
 ]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("polygons", "fixed"), [(CROSSING, (0,)), (APEX, (0, 1))])
 def test_wedges_that_meet_in_a_point_do_not_pass_through_each_other(polygons, fixed):
     model = model_of([np.array(p, dtype=float) for p in polygons], friction=10, fixed=fixed)
@@ -354,6 +364,7 @@ def test_wedges_that_meet_in_a_point_do_not_pass_through_each_other(polygons, fi
     assert results.check().overlap <= 1.3e-3
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kn", [1e8, 1e12])
 @pytest.mark.parametrize("friction", [0.0, 35.0])
 @pytest.mark.parametrize("off", [0.0, 1e-3, -1e-3])

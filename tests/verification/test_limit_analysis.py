@@ -35,6 +35,7 @@ def test_mechanism_of_a_thin_arch_has_four_hinges_and_sinks_at_the_crown():
     assert work > 0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("friction", [10.0, 35.0])
 def test_sliding_block_pushed_and_tilted(friction):
     model = on_base([square(0, 0)], friction)
@@ -47,6 +48,7 @@ def test_sliding_block_pushed_and_tilted(friction):
         assert_allclose(limit_tilt(model, clockwise=clockwise), friction, atol=1e-4)
 
 
+@pytest.mark.heavy
 def test_bolts_of_later_stages_do_not_count():
     """The first stage's bolt, at its yield force, adds its friction and pull to the block's; a later one nothing."""
     friction, force = 20.0, 5e3

@@ -60,6 +60,7 @@ def test_parallelograms_are_exact(first, second, choice):
     assert_allclose(effective_stiffness(blocks, rock, inner, by_blocks), expected, atol=EXACT * E)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("choice", ["wang", "homogeneous"])
 @pytest.mark.parametrize(
     ("polygons", "most"),

@@ -96,6 +96,7 @@ def test_the_block_on_a_plane_beside_its_shaken_stage(scale):
     assert answer.shaken.moved[stays.side][1] < 1e-3 * EXACT
 
 
+@pytest.mark.heavy
 def test_an_incline_yields_at_the_difference_of_friction_and_dip():
     """`incline` falls to the left; uphill it yields beyond the peak of the record, so nothing slides there."""
     time, values = quake(6.0, 4.0)
@@ -180,6 +181,7 @@ def test_no_displacement_has_its_unit_in_every_column():
     assert moved == ["0 m", "0 m", "0 m"]
 
 
+@pytest.mark.heavy
 def test_the_command_prints_a_table_and_writes_files(commanded):
     shown, out, _ = commanded
     words = " ".join(shown.split())

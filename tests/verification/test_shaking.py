@@ -27,6 +27,7 @@ from tests.scenes.shaken import (
 )
 
 
+@pytest.mark.heavy
 def test_newmark_block_slides_as_far_as_after_a_pulse():
     """V = (a - mu g) t0 at the end of the pulse, then mu g stops it: (a - mu g) t0^2 / 2 (1 + (a - mu g) / (mu g))."""
     a, slows, t0 = 0.5 * GRAVITY, 0.2 * GRAVITY, 0.3

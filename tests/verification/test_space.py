@@ -27,6 +27,7 @@ def test_a_block_slides_a_thousandth_of_a_degree_beyond(azimuth):
     assert (results.status, results.unstable_blocks.tolist()) == ("unstable", [1])
 
 
+@pytest.mark.heavy
 def test_a_block_slides_a_tenth_of_a_degree_beyond():
     results = bsm.run(on_incline(FRICTION + 0.1, 20), OPTIONS)
     assert (results.status, results.unstable_blocks.tolist()) == ("unstable", [1])

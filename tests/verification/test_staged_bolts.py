@@ -122,6 +122,7 @@ def test_bolt_must_lie_in_what_is_there_at_its_stage():
         run(stages, [roof_bolt(stage="opne")], LINEAR)
 
 
+@pytest.mark.heavy
 def test_saved_and_read_again(tmp_path):
     stages = [bsm.Stage(name="support"), bsm.Stage(name="open", excavate=[2])]
     results = run(stages, [roof_bolt(stage="support")], CONTINUATION)

@@ -158,6 +158,7 @@ def test_tension_goes_with_the_strength(of_rock):
         assert verdicts(model)[0] == ["stable", verdict]
 
 
+@pytest.mark.heavy
 def test_blocks_that_a_stage_fills_in_have_the_strength_of_the_stage():
     limit = STEEP / np.tan(np.radians(40))
     for part, verdict in ((limit * (1 + CLOSE), "stable"), (limit * (1 - CLOSE), "unstable")):
@@ -168,6 +169,7 @@ def test_blocks_that_a_stage_fills_in_have_the_strength_of_the_stage():
         assert verdicts(on_incline(40, stages))[0] == ["stable", "stable", verdict]
 
 
+@pytest.mark.heavy
 def test_the_thesis_own_iteration_knows_it():
     limit = STEEP / np.tan(np.radians(40))
     assert verdicts(on_incline(40, weaker(1.01 * limit)), scheme="wang")[0] == ["stable", "stable"]

@@ -66,6 +66,7 @@ def on_section(model, comparison):
     return comparison.along(blocks_on_line(model.blocks, (A, 0.0), (5 * A, 0.0)))
 
 
+@pytest.mark.heavy
 def test_number_of_blocks(tunnel):
     size, model, _, _ = tunnel
     low, high = {0.9: (900, 1500), 0.45: (3000, 5000)}[size]

@@ -46,6 +46,7 @@ def test_cycles_of_a_slide(kn, part):
     assert sum(step.factorizations for step in stage.steps) == len(stage.steps)
 
 
+@pytest.mark.heavy
 def test_example_2_agrees_with_the_continuation():
     """Stable against block 3; without it block 2 falls between the two."""
     model = example_2(1e9)

@@ -42,6 +42,7 @@ def pretend(monkeypatch: pytest.MonkeyPatch, code: int) -> None:
     monkeypatch.setattr(sys, "argv", ["coverage"])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("code", "least", "exit_code"), [(0, 50.0, 0), (0, 95.0, 1), (1, 50.0, 1)])
 def test_what_was_reached_is_told_and_too_little_or_a_failed_test_ends_with_1(
     measured: Path,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from benchmarks.campaign import copies
 from benchmarks.campaign.transforms import scaled
 
@@ -20,6 +22,7 @@ def test_a_twin_that_disagrees_has_a_row_and_copies_agree_away_from_limits(monke
     assert row[:1] + row[2:7] == ["plane 5", "stable", "mirrored unstable", "stable, the same movement", "3", "0"]
 
 
+@pytest.mark.heavy
 def test_units_by_powers_of_four_change_no_digit():
     """A tolerance that depended on units would show: of a fall, which is followed without any matrix."""
     here, exact = (copies._run(s) for s in (PILE, copies.scaled(PILE, *copies.EXACT)))

@@ -20,6 +20,7 @@ def test_a_campaign_has_at_least_two_thousand_models():
     assert sum(family.models for family in FAMILIES.values()) >= 2000
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_same_seed_makes_the_same_sound_model(name):
     models = [trial_of(FAMILIES[name], seed).scene.model() for seed in (3, 3, 4)]
@@ -35,6 +36,7 @@ def test_the_same_seed_makes_the_same_sound_model(name):
     assert left.model().blocks.count == left.count
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", RIGID)
 def test_limit_analysis_confirms_the_closed_form(name):
     signs = set()
@@ -90,6 +92,7 @@ def test_a_scene_of_the_benchmark_suite_stays_what_it_is(number):
         assert (ours == theirs).all()
 
 
+@pytest.mark.heavy
 def test_a_column_on_water_leaves_its_heel_where_the_moments_balance():
     """By hand: b/2 of the weight against a triangle of pressure at a third, and an uplift at two thirds of the base."""
     b, h, tail = 2.0, 8.0, 0.0

@@ -52,15 +52,18 @@ def test_a_true_end_contradicts_nothing(standing):
     assert found["facts"]["lack_at_end"] < 1e-6
 
 
+@pytest.mark.heavy
 def test_an_end_that_no_forces_hold_is_found(standing):
     assert {"end", "start"} <= set(names(slippery(standing, 0.5)))
 
 
+@pytest.mark.heavy
 def test_an_unstable_end_without_movement_is_found(standing):
     assert names(claim(standing, status="unstable", fallen=3, fell=1e-6))[0] == "sense"
     assert names(claim(standing, status="unstable", fallen=0, fell=0.0))[0] == "sense"
 
 
+@pytest.mark.heavy
 def test_a_closed_form_that_is_contradicted_is_found():
     judged = set()
     for seed in range(40):
@@ -76,6 +79,7 @@ def test_a_closed_form_that_is_contradicted_is_found():
     assert judged == {True, False}
 
 
+@pytest.mark.heavy
 def test_a_twin_with_another_verdict_is_found():
     for seed in range(40):
         trial = trial_of(FAMILIES["wall"], seed)
@@ -90,6 +94,7 @@ def test_a_twin_with_another_verdict_is_found():
     assert "symmetry" in names(claim(case, status="unstable", fallen=1, fell=1.0))
 
 
+@pytest.mark.heavy
 def test_a_rest_elsewhere_than_the_form_says_is_found():
     seed = next(s for s in range(60) if (trial_of(FAMILIES["rocking"], s).expected or NONE).moved)
     trial = trial_of(FAMILIES["rocking"], seed)
