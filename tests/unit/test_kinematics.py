@@ -127,7 +127,6 @@ def test_all_turns_with_the_slope():
                 np.testing.assert_array_equal(one, two)
 
 
-@pytest.mark.heavy
 def test_parallel_planes_have_no_line(tmp_path: Path):
     found = kinematic_screening({"A": (40, 120), "B": ([40, 60], [120, 200])}, face=(60, 120), friction=30)
     assert np.isnan(found.trend).tolist() == [True, False]
@@ -163,7 +162,6 @@ def test_a_table_of_orientations(tmp_path: Path):
         read_orientations(path)
 
 
-@pytest.mark.heavy
 def test_the_command(case: Case):
     case.write("joints.csv", TABLE)
     outcome = case.run("kinematics", "joints.csv", "--face", "60", "300", "--friction", "25", "--json")

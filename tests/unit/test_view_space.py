@@ -36,7 +36,6 @@ def data(roof: Path) -> ViewData:
     return read_view(SavedResults(roof))
 
 
-@pytest.mark.heavy
 def test_numbers_of_blocks_are_those_of_the_results(roof: Path, data: ViewData) -> None:
     last, arrays = bsm.Results.load(roof).stages[-1], data.states[-1].layers["blocks"].arrays
     there = np.flatnonzero(last.present)
