@@ -81,9 +81,9 @@ def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> 
     """Write OUT as one page, OUT/report.html, to be filed or printed: a run, a factor of safety, key blocks or a study.
 
     The page of a run shows verdicts with their grounds, displacement and slip, pictures, input, quality of the blocks,
-    versions and checksums. Of earlier stages it shows displacement, joints and bolts. A factor of safety of the same
-    model in OUT-safety is on the first page, and so are limits of its keys in OUT-limit-KEY and its key blocks in
-    OUT-key-blocks. The page needs no other file.
+    versions and checksums. Of earlier stages it shows displacement, joints and bolts. Factors of safety
+    of the same model are on the first page (OUT-safety, OUT-safety-STAGE). So are limits of its keys (OUT-limit-KEY)
+    and its key blocks (OUT-key-blocks). The page needs no other file.
     """
     with reading(out) as progress:
         from bsm_mesh.pages.report import ReportFields, write_report

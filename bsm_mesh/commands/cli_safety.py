@@ -68,7 +68,7 @@ def _search_options(command: Any) -> Any:
     "-o",
     "--output",
     type=PATH,
-    help="Folder for the answer; by default that of the results with -safety, or with -limit-KEY of --vary.",
+    help="Folder for the answer; by default that of the results with -safety, or -limit-KEY of --vary, and -STAGE.",
 )
 @json_option
 @quiet_option

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -35,15 +36,16 @@ def folder_beside(loaded: LoadedModel | LoadedSpace, reach: Reach, word: str) ->
     return reach.output(str(results.with_name(f"{results.name}-{word}")) if results.name else word)
 
 
-def limit_word(key: str) -> str:
-    """Return the end of the name of a limit's folder: each varied key has its own.
+def answer_word(key: str | None, stage: str | None) -> str:
+    """Return the end of the name of an answer's folder: each varied key and each stage asked for has its own.
 
     Examples
     --------
-    >>> limit_word("joint.bedding/2.friction")
-    'limit-joint.bedding_2.friction'
+    >>> answer_word("joint.bedding/2.friction", None), answer_word(None, "heavy rain")
+    ('limit-joint.bedding_2.friction', 'safety-heavy_rain')
     """
-    return LIMIT + re.sub(r"[^\w.+-]", "_", key)
+    word = SAFETY if key is None else LIMIT + key
+    return re.sub(r"[^\w.+-]", "_", word if stage is None else f"{word}-{stage}")
 
 
 def ask_safety(
@@ -71,7 +73,8 @@ def ask_safety(
             variation, name = Variation(path, scripts=scripts), vary[0]
             good, bad = variation.ends(name, [typed(word) for word in vary[1:]])
             loaded = variation.model({})
-        folder = output or folder_beside(loaded, loaded.reach, SAFETY if vary is None else limit_word(vary[0]))
+        word = answer_word(None if vary is None else vary[0], common["stage"])
+        folder = output or folder_beside(loaded, loaded.reach, word)
         added = AddedFiles(folder)  # refused before anything is solved
         common |= {"options": loaded.options, "failure": failure, "report": progress.report}
         if vary is None:
@@ -80,6 +83,7 @@ def ask_safety(
         else:
             at, unit = partial(variation.with_value, name), variation.unit(name)
             answer = limit_value(at, good, bad, quantity=name, unit=unit, **common)
+            answer = replace(answer, notes=(*answer.notes, *variation.overriding(name)))
         progress.report(f"writing {folder}")
         files = write_safety(answer, loaded, added)
         title = f"{loaded.model.title or loaded.path.stem}: {answer}"

@@ -31,7 +31,8 @@ class RowTable(Table):
     length: Annotated[float, q.BOLT_LENGTH] = Field(description="of every bolt")
     interval: Annotated[float, q.BOLT_INTERVAL] = Field(description="distance of the heads along the boundary")
     offset: Annotated[float, q.DISTANCE] | None = Field(
-        default=None, description="of the first head; default: half an interval"
+        default=None,
+        description="of the first head along the boundary, the rock on its left; default: half an interval",
     )
     direction: Annotated[float, q.DIRECTION] | None = Field(
         default=None, description="of all bolts; default: normal to the boundary"

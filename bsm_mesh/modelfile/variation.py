@@ -104,6 +104,19 @@ class Variation:
         """Return the model with a value of one number; `functools.partial` of it suits a search, picklable."""
         return self.model({name: value}).model
 
+    def overriding(self, key: str) -> list[str]:
+        """Return a note on each stage that has a value of its own for a key of the model, such as of ``gravity``."""
+        way = key.split(".")
+        notes = []
+        for stage in self._content.get("stage", []):
+            table: Any = stage
+            for word in way:
+                table = table.get(word) if isinstance(table, dict) else None
+            if table is not None:
+                own = f"stage.{stage['name']}.{key}"
+                notes.append(f"stage '{stage['name']}' has its own {key}: there {own} is to be varied")
+        return notes
+
     def check(self, keys: Sequence[str]) -> None:
         """Raise a `ModelError` for the numbers that the model cannot have."""
         changes = _changes(keys)

@@ -14,14 +14,14 @@ from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.key_block_files import RECORD
 from bsm_mesh.folder.own_files import SUMMARY
-from bsm_mesh.folder.safety_files import ANSWER
+from bsm_mesh.folder.safety_files import ANSWER, LIMIT, SAFETY
 from bsm_mesh.folder.saved_results import damage_told
 from bsm_mesh.pages.report_answers import (
     answer_beside,
+    answers_beside,
     is_study,
     key_blocks_content,
     key_blocks_page,
-    limits_beside,
     safety_content,
     study_content,
 )
@@ -71,8 +71,8 @@ def write_report(
     fields : ReportFields, optional
         Project, author, date and overview picture.
     safety : Path, optional
-        The folder of the factor of safety for the first page of a run's report; by default ``OUT-safety`` if it
-        belongs to the same model.
+        The folder of the factor of safety for the first page of a run's report; by default ``OUT-safety`` and
+        ``OUT-safety-STAGE`` that belong to the same model.
     note : callable
         Gets a sentence on what a reader of the page may not expect.
 
@@ -122,9 +122,9 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
         }
     content = _results(out, progress, pictures=pictures)
     digest = content["model_hash"]
-    beside = answer_beside(out, "safety", ANSWER, digest) if safety is None else safety
+    factors = answers_beside(out, SAFETY, digest) if safety is None else [safety]
     key_blocks = answer_beside(out, "key-blocks", RECORD, digest)
-    folders = [*([] if beside is None else [beside]), *limits_beside(out, digest)]
+    folders = [*factors, *answers_beside(out, LIMIT, digest)]
     content["answers"] = [safety_content(each) for each in folders]
     content["strangers"] = _of_other_models(content["answers"], digest)
     return content if key_blocks is None else {**content, "key_blocks": key_blocks_content(key_blocks)}

@@ -13,7 +13,7 @@ import numpy as np
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.key_block_files import NET, PICTURE, RECORD, read_key_blocks
 from bsm_mesh.folder.own_files import read_json
-from bsm_mesh.folder.safety_files import ANSWER, LIMIT, MECHANISM, MOVEMENT, STATES
+from bsm_mesh.folder.safety_files import ANSWER, MECHANISM, MOVEMENT, STATES
 from bsm_mesh.folder.study_folder import IDENTITY, STUDY, SUMMARY
 from bsm_mesh.modelfile.model_text import MODEL
 from bsm_mesh.pages.report_results import SPACE, input_tables, picture_data
@@ -37,10 +37,10 @@ def answer_beside(out: Path, word: str, record: str, model_hash: str) -> Path | 
     return beside if read_json(beside / record).get("model_hash") == model_hash else None
 
 
-def limits_beside(out: Path, model_hash: str) -> list[Path]:
-    """Return the folders ``OUT-limit-KEY`` whose limits are of a model with this digest, by name."""
+def answers_beside(out: Path, word: str, model_hash: str) -> list[Path]:
+    """Return the folders ``OUT-word...`` with factors or limits of a model with this digest, by name."""
     folder = out.absolute()
-    found = sorted(folder.parent.glob(f"{glob.escape(folder.name)}-{LIMIT}*"))
+    found = sorted(folder.parent.glob(f"{glob.escape(folder.name)}-{word}*"))
     return [each for each in found if read_json(each / ANSWER).get("model_hash") == model_hash]
 
 
@@ -56,9 +56,10 @@ def safety_content(folder: Path) -> dict[str, Any]:
     shown = _pictures(folder, ((MECHANISM, "mechanism"), (MOVEMENT, "movement")))
     try:
         states = [name for name in STATES if told[name] is not None]
+        quantity = "Factor of safety" if told["quantity"] == FACTOR else f"Limit of {told['quantity']}"
         return {
             "title": told["title"],
-            "heading": "Factor of safety" if told["quantity"] == FACTOR else f"Limit of {told['quantity']}",
+            "heading": f"{quantity} in stage '{told['stage']}'",
             "fields": told["report"],
             "model_hash": told["model_hash"],
             "answer": told["answer"],

@@ -242,7 +242,7 @@ def test_the_limit_of_a_key_is_no_factor_of_safety(answered, tmp_path):
     (folders[1] / "safety.json").write_text(json.dumps(told))
     for folder in folders:
         page = report(folder, "--no-pictures")[1]
-        assert "<h2>Limit of gravity.horizontal</h2>" in page
+        assert "<h2>Limit of gravity.horizontal in stage " in page
         assert "<strong>gravity.horizontal 0.3</strong>" in page
         assert "Factor of safety" not in page
 

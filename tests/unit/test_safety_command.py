@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
+from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.pictures.safety_pictures import draw_movement
 from bsm_mesh.safety.bracket import Verdict
 from bsm_mesh.safety.trials import Reduction
@@ -120,12 +121,14 @@ def test_states_of_the_answer_before_do_not_stay(given, tmp_path):
 
 
 @pytest.mark.heavy
-def test_each_varied_key_has_its_own_folder(given, tmp_path):
+def test_each_varied_key_and_stage_has_its_own_folder(given, tmp_path):
     model = shutil.copytree(given.parent, tmp_path / "model") / "model.toml"
     options = ["-q", "--tolerance", 0.05]
     assert asked("safety", model, *options)[0] == 0
+    assert asked("safety", model, "--stage", "initial", *options)[0] == 0
     assert asked("safety", model, "--vary", "joint.J.friction", 40, 20, *options)[0] == 0
-    names = {"safety": "factor of safety", "limit-joint.J.friction": "joint.J.friction"}
+    names = dict.fromkeys(("safety", "safety-initial"), "factor of safety")
+    names["limit-joint.J.friction"] = "joint.J.friction"
     for name, quantity in names.items():
         told = json.loads((model.parent / name / "safety.json").read_text(encoding="utf-8"))
         assert told["quantity"] == quantity
@@ -224,3 +227,14 @@ def test_back_analysis_by_the_command(given):
     code, shown, _, _ = asked("back-analysis", given, *vary, "--measured", *at, "x", -1.0, 0.1, "-q")
     assert code == 3
     assert "no value in the range gives the measurement" in shown
+
+
+def test_a_stage_with_its_own_value_of_the_varied_key_is_named(given, tmp_path):
+    model = shutil.copytree(given.parent, tmp_path / "model") / "model.toml"
+    quake = '\n[[stage]]\nname = "quake"\n[stage.gravity]\nhorizontal = -0.1\n'
+    model.write_text(model.read_text(encoding="utf-8") + quake, encoding="utf-8")
+    variation = Variation(model)
+    (note,) = variation.overriding("gravity.horizontal")
+    assert note == "stage 'quake' has its own gravity.horizontal: there stage.quake.gravity.horizontal is to be varied"
+    assert not variation.overriding("joint.J.friction")
+    assert not variation.overriding("stage.quake.gravity.horizontal")
