@@ -74,7 +74,7 @@ def write_report(
         The folder of the factor of safety for the first page of a run's report; by default ``OUT-safety`` and
         ``OUT-safety-STAGE`` that belong to the same model.
     note : callable
-        Gets a sentence on what a reader of the page may not expect.
+        Gets a sentence where the page shows another model, or input that was edited later.
 
     Raises
     ------
