@@ -52,7 +52,7 @@ def amplitude_of(text: str, quantity: str) -> float:
     Examples
     --------
     >>> amplitude_of("0.15 g", "acceleration"), amplitude_of("20 cm/s", "velocity")
-    (1.4709975, 0.2)
+    (1.4715, 0.2)
 
     Raises
     ------
