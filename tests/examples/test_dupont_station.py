@@ -29,7 +29,7 @@ def case(request: pytest.FixtureRequest) -> tuple[bsm.Model, bsm.Results]:
     return model, bsm.run(model, bsm.Options(scheme="continuation"))
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_nothing_moves_before_the_excavation_and_the_opening_stands(case: tuple[bsm.Model, bsm.Results]) -> None:
     _, results = case
     assert [stage.status for stage in results.stages] == ["stable", "stable"]
@@ -68,7 +68,7 @@ def test_bolts_by_both_readings_of_fig_8_14(case: tuple[bsm.Model, bsm.Results])
 GRADUAL = 0.03  # by this much a release in four and in eight parts differs; in two it is not gradual (docs page)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_gradual_release_leads_to_one_movement() -> None:
     """But for the right wall, which differs by 4 %: the page has the range of every finding over the routes."""
     four, eight = (
@@ -87,7 +87,7 @@ def test_joints_and_faces_of_rock_bear_no_tension(case: tuple[bsm.Model, bsm.Res
     assert results.stages[-1].contacts.normal_force.max() <= 0
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_finite_elements_with_joints_move_as_elastic_blocks(case: tuple[bsm.Model, bsm.Results]) -> None:
     """Two methods for one problem: interface elements in an elastic continuum, rigid blocks with rock in springs."""
     model, _ = case

@@ -50,6 +50,7 @@ SHAKEN = (
     """python -c "open('model.toml', 'a').write('\\n[[stage]]\\nname = \\'quake\\'\\n[stage.shaking]\\n"""
     """record = \\'quake.csv\\'\\n')" """
 )
+LONG = {f"docs/{name}.md" for name in ("earthquakes", "how_to", "limits", "pictures")}  # pages of a minute each
 PAGES = {  # pages that are followed, and what their reader has done before
     "docs/earth_pressure.md": [],
     "docs/earthquakes.md": [*SLOPE, QUAKE, SHAKEN],
@@ -132,7 +133,9 @@ def is_left_out(page: str, block: Block) -> bool:
 
 @pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=[pytest.mark.slow] if page in LONG else []) for page in PAGES]
+)
 def test_a_page_is_followed(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("MPLBACKEND", "Agg")

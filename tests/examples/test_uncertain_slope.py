@@ -36,7 +36,7 @@ def factor(table: StudyTable) -> np.ndarray:
     return resisting / (ROCK * area * np.sin(dip) + thrust * np.cos(dip))
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_study_says_what_the_formula_says(tmp_path: Path) -> None:
     for name in ("model.toml", "slope.py"):
         shutil.copy(EXAMPLE / name, tmp_path / name)

@@ -237,7 +237,7 @@ def test_command(case: Case) -> None:
     assert case.run(*asked, "--refine", "1").code == 2
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_pictures_of_both_sides_and_the_difference(case: Case) -> None:
     points, cells = theirs()

@@ -192,7 +192,7 @@ def test_what_cannot_be_tested_is_told(folder, monkeypatch, words, said):
 DILATING = bsm.Joint("J", 20e9, 4e9, law=bsm.MohrCoulomb(friction=35), dilation_angle=8, dilation_slip=5e-3)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_under_a_constant_stress_a_joint_opens_by_the_slope_of_dilation():
     curve = direct_shear_test(DILATING, 1e6, 8e-3, cycles=1)
     slip = 8e-3 - 1e6 * np.tan(np.radians(35)) / 4e9

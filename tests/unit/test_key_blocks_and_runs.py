@@ -31,7 +31,7 @@ def random_tunnel(seed):
     return bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_where_rock_is_proved_to_move_block_theory_names_a_block_that_moves():
     """Limit analysis knows all blocks together; its mechanism begins at a block that block theory finds."""
     proved = 0
@@ -81,7 +81,7 @@ def test_a_block_that_turns_needs_more_friction_than_block_theory_says():
     assert np.linalg.norm(results.stages[0].displacement[number, 3:]) > 0.1  # radians
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_block_that_cannot_turn_moves_alone_where_block_theory_says():
     """Its neighbours are fixed, and there is no stress but that of its weight: the premises of block theory."""
     blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock(3.0, seed=1)))

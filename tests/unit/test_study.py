@@ -197,7 +197,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         yield made
 
 
-@pytest.mark.robust
+@pytest.mark.slow
 def test_dask_gives_the_same_also_where_a_worker_is_killed(
     study: Case, cluster: Any, whole: dict[str, list[Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -55,7 +55,7 @@ def test_hanging_block(stiffness, kind, spacing):
     assert_allclose(results.stages[-1].bolts.axial_force, GAMMA * spacing, rtol=5e-3)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_elastic_bond_holds_a_block_where_the_bolt_leaves_it():
     """Hung clear of the roof 0.1 m off its centre it tilts by atan of that over the depth of its centroid below."""
     results = solve(

@@ -80,7 +80,7 @@ def incline_of_blocks(friction, angle, *, kn=1e10, degrees=0.0, scale=1.0):
     return model_of(polygons, friction=friction, kn=kn, fixed=(0, 1), gravity_direction=degrees - 90.0)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("friction", "degrees", "scale"),
     [

@@ -61,7 +61,7 @@ def mixed(columns, rows, pattern, *, shift=(0.0, 0.0), scale=1.0, degrees=0.0, f
     return model, results, results.stages[-1]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pattern", "solver"),
     [

@@ -71,7 +71,7 @@ def test_trials_without_a_verdict_give_no_yield_acceleration():
         _sliding_side("left", undecided, BaseMotion(PULSE), 0.5)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1.0, -1.0])
 def test_the_block_on_a_plane_beside_its_shaken_stage(scale):
     said = []

@@ -84,7 +84,7 @@ def test_salencons_hole():
     assert abs(by_area) < 0.02  # a zone there is .1 of it long
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_strip_footing():
     """Clay carries (2 + pi) c within 1 %, at full strength and at a part of it."""
     results = bsm.run(footing([0.7, 0.95, 0.99, 1.01]))
@@ -93,9 +93,8 @@ def test_strip_footing():
     assert bsm.run(footing([0.7, 0.79], strength=0.782)).status == "unstable"
 
 
-@pytest.mark.parametrize(
-    "dilation", [pytest.param(0.0, marks=pytest.mark.heavy), pytest.param(20.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("dilation", [0.0, 20.0])
 def test_factor_of_a_homogeneous_slope(dilation, tmp_path):
     """From 2 % below Bishop & Morgenstern's 1.380 to 2 % above Griffiths & Lane's 1.4, with and without dilation."""
     found = bsm.factor_of_safety(slope(dilation=dilation), tolerance=0.02)

@@ -9,7 +9,7 @@ from tests.scenes.quiet import DENSITY, column, reflected, velocities
 WAVE, BACK = 3e-3, 1e-3  # of the wave: error of its height, what may come back
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(("direction", "quantity", "amplitude"), [(0, "velocity", 0.01), (90, "stress", 1e5)])
 def test_a_wave_enters_as_it_is_given_and_leaves_at_both_ends(direction, quantity, amplitude):
     """At 40 blocks a wavelength less than a thousandth comes back, of shear waves and of pressure waves.

@@ -20,7 +20,7 @@ def rms(values):
     return np.sqrt((values**2).mean())
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_an_elastic_joint_lets_through_what_its_stiffness_says():
     """Of a wavelet the spectrum at 50 Hz, 39 blocks a wavelength, over that without the joint."""
     count, height, frequency = 160, 1.0, 50.0
@@ -58,7 +58,7 @@ def passes():
     return run, run(10.0)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("strength", [0.9, 0.7, 0.5, 0.3, 0.1])
 def test_a_slipping_joint_cuts_off_the_velocity_of_a_wave(passes, strength):
     """What goes through, comes back and is lost in slip: roots of their parts of the energy of one period."""
