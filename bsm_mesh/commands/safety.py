@@ -83,7 +83,7 @@ def ask_safety(
         else:
             at, unit = partial(variation.with_value, name), variation.unit(name)
             answer = limit_value(at, good, bad, quantity=name, unit=unit, **common)
-            answer = replace(answer, notes=(*answer.notes, *variation.overriding(name)))
+            answer = replace(answer, notes=(*answer.notes, *variation.overriding(name, answer.stage)))
         progress.report(f"writing {folder}")
         files = write_safety(answer, loaded, added)
         title = f"{loaded.model.title or loaded.path.stem}: {answer}"

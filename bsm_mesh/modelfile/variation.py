@@ -21,6 +21,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.changes import NAMES, Change, change_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantity import Quantity, convert, number_of
+from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.modelfile.build import LoadedModel, build_model
 from bsm_mesh.modelfile.build_marks import geometry_faults, places_in
 from bsm_mesh.modelfile.build_mesh import read_blocks
@@ -104,18 +105,20 @@ class Variation:
         """Return the model with a value of one number; `functools.partial` of it suits a search, picklable."""
         return self.model({name: value}).model
 
-    def overriding(self, key: str) -> list[str]:
-        """Return a note on each stage that has a value of its own for a key of the model, such as of ``gravity``."""
-        way = key.split(".")
-        notes = []
-        for stage in self._content.get("stage", []):
-            table: Any = stage
-            for word in way:
-                table = table.get(word) if isinstance(table, dict) else None
-            if table is not None:
-                own = f"stage.{stage['name']}.{key}"
-                notes.append(f"stage '{stage['name']}' has its own {key}: there {own} is to be varied")
-        return notes
+    def overriding(self, key: str, stage: str) -> list[str]:
+        """Return a note on each stage up to `stage` that has its own value of a key, such as ``gravity.horizontal``.
+
+        Entries of lists are left out: loads of a stage act besides those of the model.
+        """
+        if stage == INITIAL or isinstance(self._content.get(key_parts(key)[0]), list):
+            return []
+        names = [table["name"] for table in self._content.get("stage", [])]
+        ways = {name: f'stage."{name}".{key}' if "." in name else f"stage.{name}.{key}" for name in names}
+        return [
+            f"stage '{name}' has its own {key}; there {ways[name]} is to be varied"
+            for name in names[: names.index(stage) + 1]
+            if self.base(ways[name]) is not None
+        ]
 
     def check(self, keys: Sequence[str]) -> None:
         """Raise a `ModelError` for the numbers that the model cannot have."""

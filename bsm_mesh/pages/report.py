@@ -17,7 +17,6 @@ from bsm_mesh.folder.own_files import SUMMARY
 from bsm_mesh.folder.safety_files import ANSWER, LIMIT, SAFETY
 from bsm_mesh.folder.saved_results import damage_told
 from bsm_mesh.pages.report_answers import (
-    answer_beside,
     answers_beside,
     is_study,
     key_blocks_content,
@@ -122,12 +121,13 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
         }
     content = _results(out, progress, pictures=pictures)
     digest = content["model_hash"]
-    factors = answers_beside(out, SAFETY, digest) if safety is None else [safety]
-    key_blocks = answer_beside(out, "key-blocks", RECORD, digest)
-    folders = [*factors, *answers_beside(out, LIMIT, digest)]
-    content["answers"] = [safety_content(each) for each in folders]
+    factors = answers_beside(out, f"{SAFETY}*", ANSWER, digest) if safety is None else [safety]
+    limits = answers_beside(out, f"{LIMIT}*", ANSWER, digest)
+    content["answers"] = [safety_content(each) for each in (*factors, *limits)]
     content["strangers"] = _of_other_models(content["answers"], digest)
-    return content if key_blocks is None else {**content, "key_blocks": key_blocks_content(key_blocks)}
+    for each in answers_beside(out, "key-blocks", RECORD, digest):
+        content["key_blocks"] = key_blocks_content(each)
+    return content
 
 
 def _of_other_models(answers: list[dict[str, Any]], model_hash: str) -> list[str]:

@@ -30,18 +30,14 @@ BLOCK_THEORY = (
 )
 
 
-def answer_beside(out: Path, word: str, record: str, model_hash: str) -> Path | None:
-    """Return the folder of another answer, ``OUT-word``, if its record is of a model with this digest."""
-    folder = out.absolute()
-    beside = folder.with_name(f"{folder.name}-{word}")
-    return beside if read_json(beside / record).get("model_hash") == model_hash else None
+def answers_beside(out: Path, word: str, record: str, model_hash: str) -> list[Path]:
+    """Return the folders ``OUT-word`` of other answers whose records are of a model with this digest, by name.
 
-
-def answers_beside(out: Path, word: str, model_hash: str) -> list[Path]:
-    """Return the folders ``OUT-word...`` with factors or limits of a model with this digest, by name."""
+    A word that ends in ``*`` finds those that begin so.
+    """
     folder = out.absolute()
-    found = sorted(folder.parent.glob(f"{glob.escape(folder.name)}-{word}*"))
-    return [each for each in found if read_json(each / ANSWER).get("model_hash") == model_hash]
+    found = sorted(folder.parent.glob(f"{glob.escape(folder.name)}-{word}"))
+    return [each for each in found if read_json(each / record).get("model_hash") == model_hash]
 
 
 def safety_content(folder: Path) -> dict[str, Any]:

@@ -150,6 +150,17 @@ def test_verdict_and_number(name: str, ran: Ran, tmp_path: Path) -> None:
         assert told("limit", EXAMPLES / name, "-o", tmp_path / "limit")["admissible"] is admissible
 
 
+@pytest.mark.heavy
+def test_every_course_of_the_wall_overturns_under_the_heavy_surcharge(ran: Ran) -> None:
+    """Statics: the resultant acts outside the base. All courses turn over with it, by more than 57 degrees."""
+    _, folder = ran("retaining_wall/heavy.toml")
+    results = bsm.Results.load(folder)
+    moved = results.stages[-1].displacement
+    assert (moved[1:, 2] > 1.0).all()  # radians
+    assert (np.hypot(*moved[1:, :2].T) > 1.0).all()  # m
+    assert {2, 3, 4, 5} <= set(results.unstable_blocks.tolist())
+
+
 @pytest.mark.parametrize("name", EXPECTED)
 def test_the_readme_names_the_file(name: str) -> None:
     folder, _, file = name.partition("/")

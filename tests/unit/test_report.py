@@ -247,6 +247,17 @@ def test_the_limit_of_a_key_is_no_factor_of_safety(answered, tmp_path):
         assert "Factor of safety" not in page
 
 
+def test_factors_of_stages_are_beside_each_other_under_their_names(answered, tmp_path):
+    run, factor, cut = tmp_path / "out", tmp_path / "out-safety", tmp_path / "out-safety-cut"
+    for old, new in zip((*answered, answered[1]), (run, factor, cut), strict=True):
+        shutil.copytree(old, new)
+    told = json.loads((cut / "safety.json").read_text())
+    (cut / "safety.json").write_text(json.dumps({**told, "stage": "cut", "answer": "factor of safety 9"}))
+    page = report(run, "--no-pictures")[1]
+    headings = re.findall(r"<h2>Factor of safety in stage &#39;(.*?)&#39;</h2>\s*<p><strong>(.*?)</strong>", page)
+    assert headings == [("initial", told["answer"]), ("cut", "factor of safety 9")]
+
+
 @pytest.mark.heavy
 def test_the_factor_of_another_model_is_left_out(answered, tmp_path):
     shutil.copytree(answered[1], tmp_path / "out-safety")

@@ -121,6 +121,22 @@ def test_states_of_the_answer_before_do_not_stay(given, tmp_path):
 
 
 @pytest.mark.heavy
+def test_pictures_of_the_answer_before_do_not_stay(given, tmp_path, monkeypatch):
+    """The second answer is written, and its pictures cannot be drawn."""
+    options = ["-o", tmp_path / "out", "-q", "--tolerance", 0.05]
+    assert asked("safety", given, *options)[0] == 0
+    assert {"mechanism.png", "movement.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
+
+    def fail(*_):
+        raise OSError("no space")
+
+    monkeypatch.setattr("bsm_mesh.commands.safety.draw_safety", fail)
+    assert asked("safety", given, *options)[0] != 0
+    assert (tmp_path / "out" / "safety.json").is_file()
+    assert not list((tmp_path / "out").glob("*.png"))
+
+
+@pytest.mark.heavy
 def test_each_varied_key_and_stage_has_its_own_folder(given, tmp_path):
     model = shutil.copytree(given.parent, tmp_path / "model") / "model.toml"
     options = ["-q", "--tolerance", 0.05]
@@ -234,7 +250,8 @@ def test_a_stage_with_its_own_value_of_the_varied_key_is_named(given, tmp_path):
     quake = '\n[[stage]]\nname = "quake"\n[stage.gravity]\nhorizontal = -0.1\n'
     model.write_text(model.read_text(encoding="utf-8") + quake, encoding="utf-8")
     variation = Variation(model)
-    (note,) = variation.overriding("gravity.horizontal")
-    assert note == "stage 'quake' has its own gravity.horizontal: there stage.quake.gravity.horizontal is to be varied"
-    assert not variation.overriding("joint.J.friction")
-    assert not variation.overriding("stage.quake.gravity.horizontal")
+    (note,) = variation.overriding("gravity.horizontal", "quake")
+    assert note == "stage 'quake' has its own gravity.horizontal; there stage.quake.gravity.horizontal is to be varied"
+    assert not variation.overriding("gravity.horizontal", "initial")
+    assert not variation.overriding("joint.J.friction", "quake")
+    assert not variation.overriding("stage.quake.gravity.horizontal", "quake")

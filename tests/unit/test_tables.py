@@ -97,6 +97,18 @@ def test_a_displacement_is_since_the_start_as_in_the_files() -> None:
     assert rows[1]["in the stage"] == "0 m"
 
 
+def test_the_displacement_of_what_comes_down_is_since_the_start() -> None:
+    """The upper block settles by centimetres, then the lower one is excavated."""
+    shapes = [rectangle(0, -1, 3, 0), rectangle(1, 0, 2, 1), rectangle(1, 1, 2, 2)]
+    model = model_of(shapes, friction=30.0, kn=1e6, stages=[bsm.Stage(name="dig", excavate=[1])])
+    results = bsm.run(model, bsm.Options(displacement_limit=0.5))
+    stage = results.stages[-1]
+    whole, part = (float(np.hypot(*d[2, :2])) for d in (stage.displacement, stage.stage_displacement))
+    assert whole > part + 0.01
+    ((*_, told),) = down_rows(results)
+    assert told == engineering(whole, "m")
+
+
 def test_bolts_that_are_not_installed_yet_have_no_force() -> None:
     bolt = bsm.Bolt(start=(0.5, 0.9), end=(0.5, -0.5), diameter=0.02, stage="bolts")
     shapes = [rectangle(-5, -1, 5, 0), rectangle(0, 0, 1, 1)]
