@@ -131,10 +131,9 @@ def is_left_out(page: str, block: Block) -> bool:
     return any(page == where and block.text.startswith(words) for where, words in NOT_RUN)
 
 
-@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 @pytest.mark.parametrize(
-    "page", [pytest.param(page, marks=[pytest.mark.slow] if page in LONG else []) for page in PAGES]
+    "page", [pytest.param(page, marks=pytest.mark.slow if page in LONG else pytest.mark.heavy) for page in PAGES]
 )
 def test_a_page_is_followed(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(ROOT))

@@ -227,7 +227,7 @@ def test_a_joint_that_wears_as_it_dilates_keeps_its_stress_to_and_fro():
     assert curve.closure[0] - curve.closure[-1] == pytest.approx(np.tan(np.radians(8)) * 5e-3, rel=1e-9)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_command_draws_the_opening_of_a_joint_that_dilates(folder):
     text = MODEL.replace('max_closure = "0.2 mm"', 'dilation_angle = 6\ndilation_slip = "4 mm"')
     (folder / "model.toml").write_text(text)

@@ -48,24 +48,29 @@ def test_every_table_has_its_marks():
         assert table_in((ROOT / table.page).read_text(encoding="utf-8"), table.name)
 
 
+LONG = ("tutorial", "stratified-slope", "filling-thickness", "constants", "joint-laws", "damped")
 HEAVY = (
-    "tutorial",
-    "gravity-turned-on",
-    "stratified-slope",
-    "filling-thickness",
-    "tilted-wall",
-    "constants",
+    "bolted-opening",
     "cut_rock",
-    "joint-laws",
-    "damped",
+    "drained-slope",
+    "gravity-turned-on",
+    "incline",
+    "retaining-wall",
+    "rough-joint",
+    "slides",
+    "staged-tunnel",
+    "stratified-slope-way",
+    "tilted-wall",
     "toppling-column",
 )
 QUICK = [name for name, table in TABLES.items() if not table.is_slow]
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.heavy] if name in HEAVY else []) for name in QUICK]
-)
+def marks(name: str) -> list[pytest.MarkDecorator]:
+    return [pytest.mark.slow] if name in LONG else [pytest.mark.heavy] if name in HEAVY else []
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=marks(name)) for name in QUICK])
 def test_quick_tables_are_what_the_runs_say(name):
     if name == "licences" and not pardiso.is_available():
         pytest.skip("the licences of all extras are listed, and mkl is not installed")

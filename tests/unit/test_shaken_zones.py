@@ -88,7 +88,7 @@ def test_newmarks_block_slides_over_zones(degrees):
     assert "energy balance" in " ".join(stage.notes)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(("direction", "name"), [(0, "u"), (90, "v")])
 def test_a_quiet_end_lets_a_wave_out(direction, name):
     model, speed, _ = column(direction)
@@ -102,7 +102,7 @@ def test_a_quiet_end_lets_a_wave_out(direction, name):
     assert found.imbalance < 1e-3
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(("direction", "name"), [(0, "u"), (90, "v")])
 def test_an_elastic_joint_lets_through_what_its_stiffness_says(direction, name):
     stiffness = 2e9
@@ -231,7 +231,7 @@ def test_a_block_that_slides_on_is_named():
     assert "these were shaken" in stage.proof.text
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_small_displacements_do_not_follow_it():
     stage = bsm.run(bonded(SMALL)).stages[-1]
     assert stage.status == "not_converged"
@@ -297,7 +297,7 @@ def test_results_come_back_from_their_folder(tmp_path):
     assert STAGE in (tmp_path / "out" / "summary.json").read_text(encoding="utf-8")
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_newmarks_method_finds_the_yield_acceleration_of_zones():
     """A trial that finds no equilibrium has moved where limit analysis proves it: friction alone holds .2 g."""
     model, _ = newmarks_block(zones=SMALL)

@@ -77,7 +77,7 @@ def test_both_verdicts_occur(whole: dict[str, list[Any]]) -> None:
     assert close <= 1  # where the scatter of the joint decides
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_two_processes_give_the_same(study: Case, whole: dict[str, list[Any]]) -> None:
     said = study.run("study", "study.toml", "--processes", "2", "--json")
     assert said.code == 0
@@ -149,7 +149,7 @@ main(["study", "study.toml", "--processes", "2", "-q"])
 """
 
 
-@pytest.mark.robust
+@pytest.mark.slow
 def test_a_driver_that_is_killed(study: Case, whole: dict[str, list[Any]]) -> None:
     """Four runs are on the disk, and half a line of the fifth."""
     done = subprocess.run([sys.executable, "-c", DYING], env=environment(), check=False, timeout=100)

@@ -92,7 +92,7 @@ def test_a_slope_of_more_blocks_moves_where_statics_knows_no_rest_and_only_there
         assert bsm.limit_analysis(model).admissible == (results.stages[0].max_displacement < 0.01)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 def test_a_run_is_the_same_to_the_last_digit_whatever_the_threads():
     """Thousands of contacts slip: what differs in a correction's last digit would be another way, and another end."""

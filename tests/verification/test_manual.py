@@ -19,7 +19,20 @@ from verification.sources import KINDS, SOURCES
 
 ROOT = Path(__file__).parents[2]
 QUICK = [name for name, case in CASES.items() if not case.is_slow]
-HEAVY = ("bench-barton-bandis", "cycles-of-a-slide", "example-3", "sheet-pile")
+HEAVY = (
+    "bench-barton-bandis",
+    "bench-ladanyi-archambault",
+    "bench-mohr-coulomb-softening",
+    "cycles-of-a-slide",
+    "dilation",
+    "earthquake",
+    "example-3",
+    "example-3-toe",
+    "laid-lengths",
+    "laid-verdicts",
+    "sheet-pile",
+    "tutorial-of-udec",
+)
 
 
 @pytest.mark.parametrize(
