@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 
 PLANE = 3  # columns of a movement in the plane
+MOVES = 1e-6  # of the greatest velocity in a mechanism
 
 
 def translations(movement: FloatArray) -> FloatArray:
@@ -32,6 +33,12 @@ def angles(movement: FloatArray) -> FloatArray:
     """Return how far blocks have turned, either way, (n,) [rad]."""
     found: FloatArray = np.abs(movement[:, 2]) if movement.shape[1] == PLANE else lengths(turns(movement))
     return found
+
+
+def in_mechanism(velocity: FloatArray, gyration: FloatArray) -> BoolArray:
+    """Return the blocks that move in a mechanism, (n,), of velocities (n, k) and radii of gyration (n,) [m]."""
+    moves: BoolArray = np.maximum(distances(velocity), angles(velocity) * gyration) > MOVES
+    return moves
 
 
 def lengths(vectors: FloatArray) -> FloatArray:

@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.model import Model
-from bsm_mesh.movements import angles, distances
+from bsm_mesh.movements import in_mechanism
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.stages.as_built import as_built, part_of, small_blocks
-
-MOVES = 1e-6  # of the greatest velocity in a mechanism
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -60,7 +56,7 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
         small = small_blocks(part.model, falls)
         while True:
             found = strength_limit(part.model, reduction.joints, rocks=reduction.rocks, bolts=reduction.bolts)
-            moves = _moving(part.model, found.mechanism)
+            moves = in_mechanism(found.mechanism, part.model.blocks.moments.gyration)
             if not moves.any() or not small[moves].all() or moves.all():
                 break
             part, small = part_of(part, ~moves), small[~moves]
@@ -75,10 +71,3 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
         text = "at any strength, no forces balance the loads where the blocks were given: they must move"
     mechanism = part.in_whole(found.mechanism)
     return Limit(factor=found.factor and found.beyond, text=text, proof=found.proof, mechanism=mechanism)
-
-
-def _moving(model: Model, mechanism: FloatArray) -> BoolArray:
-    """Return the blocks that move in a mechanism, (n,)."""
-    speed = np.maximum(distances(mechanism), angles(mechanism) * model.blocks.moments.gyration)
-    moves: BoolArray = speed > MOVES
-    return moves

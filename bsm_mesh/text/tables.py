@@ -12,7 +12,7 @@ from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, p
 from bsm_mesh.movements import distances, lengths, translations
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_faces import AT_STRENGTH
-from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.results.joint_sets import ROCK_FACE, joint_sets
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -295,12 +295,17 @@ def joint_header(results: Results) -> tuple[str, ...]:
 
 
 def joint_rows(results: Results, stage: StageResult | None = None) -> list[tuple[str, ...]]:
-    """Return the use of the joint sets in a stage: without one of those that can slip, at the end of the last."""
+    """Return the use of the joint sets in a stage: without one of those that can slip, at the end of the last.
+
+    Rock faces outside of the joints are the last row; without a stage only where they carry force.
+    """
     sets = joint_sets(results, stage or results.stages[-1])
     if stage is None:
         given = () if results.model is None or results.scheme == "linear" else results.model.joints
         with_law = {joint.name for joint in given if joint.law is not None}
-        sets = tuple(one for one in sets if one.name in with_law)
+        sets = tuple(
+            one for one in sets if one.name in with_law or (with_law and one.name == ROCK_FACE and one.pressure)
+        )
     return [
         (
             one.name,

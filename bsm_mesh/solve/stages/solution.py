@@ -25,6 +25,7 @@ from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import after_falls, falls_of
+from bsm_mesh.solve.stages.given_position import notes_on_given_position
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Scheme, Watchers
 from bsm_mesh.solve.stages.shaken import notes_on_shaking
@@ -181,7 +182,8 @@ class StageSolution:
         state.forget_released()
         stage = replace(stage, small_blocks=self._small_blocks())
         movement, crushing = _notes_on_movement(run.model.blocks, stage), notes_on_crushing(run.model, stage)
-        found = (*notes_on_shaking(run.model, stage), *movement, *crushing)
+        given = notes_on_given_position(run.model, stage, self._proof)
+        found = (*notes_on_shaking(run.model, stage), *movement, *given, *crushing)
         stage = replace(stage, notes=(*stage.notes, *found))
         if stage.status is Status.UNSTABLE:
             stage = replace(stage, proof=self._proof(stage.unstable_blocks))

@@ -1,0 +1,76 @@
+"""A run says of blocks at rest that they cannot rest where they were given, and which contacts hold them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+import bsm_mesh as bsm
+from bsm_mesh.results.evidence import Proof
+from bsm_mesh.results.records import Status
+from bsm_mesh.solve.stages.given_position import notes_on_given_position
+from bsm_mesh.text.tables import joint_rows
+from tests.scenes.shapes import rectangle, turned
+
+CONTINUATION = bsm.Options(scheme="continuation")
+PROVED = "limit analysis proves that block 1 cannot be at rest where given"
+GAP = 0.008  # m, between the block and the stop
+
+
+def on_a_plane(friction: float, gap: float | None = GAP, cohesion: float | None = None) -> bsm.Results:
+    """Return a block on a joint at 40 degrees, with a stop of unjointed rock so far below it, or without."""
+    base, block, stop = rectangle(-4, -1, 4, 0), rectangle(0, 0, 2, 1), rectangle(-2 - (gap or 0), 0, -(gap or 0), 1)
+    polygons = [turned(each, 40.0) for each in ([base, block, stop] if gap is not None else [base, block])]
+    blocks = bsm.Blocks.from_polygons(polygons, rock="rock")
+    along = np.radians(40.0)
+    blocks = blocks.with_joint("bed", lambda x, y: abs(y * np.cos(along) - x * np.sin(along)) < 1e-9)
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=25e3, young=20e9, poisson=0.25, cohesion=cohesion)],
+        joints=[bsm.Joint("bed", 1e9, 1e9, law=bsm.MohrCoulomb(friction=friction))],
+        supports=[bsm.Fixed(blocks=[0, 2] if gap is not None else [0])],
+    )
+    return bsm.run(model, CONTINUATION)
+
+
+def notes(results: bsm.Results) -> list[str]:
+    return [note for note in results.stages[-1].notes if "cannot be at rest where given" in note]
+
+
+def test_a_block_that_slides_to_a_stop_of_rock():
+    """Friction of 20 degrees at 40: it slides 8 mm, and a stop of unjointed rock takes over."""
+    results = on_a_plane(20.0)
+    stage = results.stages[-1]
+    assert stage.status == "stable"
+    (note,) = notes(results)
+    assert PROVED in note
+    assert f"before rest came a movement of up to {stage.max_displacement:.3g} m" in note
+    assert "2 contacts outside of the joints hold them without a limit of strength. The most stressed" in note
+    assert "between blocks 1 and 2" in note
+    c = stage.contacts
+    stop = c.joint < 0
+    assert f"carries {(-c.normal_force / c.length)[stop].max() / 1e6:.3g} MPa of pressure" in note
+    assert [row[0] for row in joint_rows(results)] == ["bed", "unjointed rock"]
+
+
+def test_without_a_stop_or_with_strength_nothing_is_told_of_contacts():
+    """Friction of 45 degrees holds the block; rock with strength has a limit, and no contact is named."""
+    assert notes(on_a_plane(45.0)) == []
+    assert [row[0] for row in joint_rows(on_a_plane(45.0))] == ["bed"]
+    (note,) = notes(on_a_plane(20.0, cohesion=5e6))
+    assert "outside of the joints" not in note
+    assert "before rest came a movement" in note
+
+
+def test_limit_analysis_is_asked_only_where_blocks_moved_or_slipped():
+    def never(blocks: object) -> Proof:
+        raise AssertionError(f"asked about {blocks}")
+
+    held = on_a_plane(45.0)
+    assert held.model is not None
+    assert list(notes_on_given_position(held.model, held.stages[-1], never)) == []
+    sliding = on_a_plane(20.0)
+    assert sliding.model is not None
+    moving = replace(sliding.stages[-1], status=Status.UNSTABLE)
+    assert list(notes_on_given_position(sliding.model, moving, never)) == []
+    asked = list(notes_on_given_position(sliding.model, sliding.stages[-1], lambda blocks: Proof(text="none")))
+    assert asked == []
