@@ -17,7 +17,8 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.kinds import AnyBlocks, in_space
 from bsm_mesh.model.stages import Stage, presence
 
-SHORT = 1e-6  # of the bolt's length: what it passes of a block, or lies in the void, below this is rounding
+SHORT = 1e-6  # of the bolt's length: what it passes of a block below this is rounding
+ROUNDED = 1e-3  # of the bolt's length: so much of an end may lie in the void, as coordinates are rounded
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -224,13 +225,13 @@ def label(bolts: Sequence[Bolt], number: int) -> str:
 
 
 def _report_ends(faults: list[str], bolts: Sequence[Bolt], found: Passages) -> None:
-    """Say of every bolt whose head or tip is in the void by how much."""
+    """Say of every bolt whose head or tip is in the void by how much; ends stay where they were given."""
     inside = np.unique(found.bolt)
     head, tip = np.full(len(bolts), np.inf), np.full(len(bolts), -np.inf)
     np.minimum.at(head, found.bolt, found.first)
     np.maximum.at(tip, found.bolt, found.last)
     for b, bolt in enumerate(bolts):
-        slack = SHORT * bolt.length
+        slack = ROUNDED * bolt.length
         if faults[b]:
             continue
         if b not in inside:

@@ -74,7 +74,18 @@ def test_heads_on_a_face_are_in_the_rock(angle):
     assert pass_blocks([bolt(head, tip)], blocks_of(polygons)).block.tolist() == [0, 1, 2]
 
 
+@pytest.mark.parametrize(("head", "tip"), [(-0.0009, 2.5), (1.5, 4.0009)])
+def test_ends_rounded_to_millimetres_stay_where_they_are_given(head, tip):
+    """0.9 mm in the void, of bolts of 2.5 m: they lie in the same blocks, and bonds are as long as in the rock."""
+    layout = lay_out_bolts([bolt((head, 0.5), (tip, 0.5), bond_strength=1e5)], blocks_of(ROW))
+    inside = lay_out_bolts([bolt((max(head, 0), 0.5), (min(tip, 4), 0.5), bond_strength=1e5)], blocks_of(ROW))
+    assert layout.block.tolist() == inside.block.tolist()
+    assert_allclose(layout.capacity, inside.capacity, rtol=1e-9)
+    assert_allclose(layout.point[[0, -1], 0], [head, tip])
+
+
 FAULTS = [
+    (((-0.004, 0.5), (2, 0.5)), ["start in the void, 0.004 m before the rock; start it at (0, 0.5)"]),
     (
         ((-0.5, 0.5), (2, 0.5)),
         ["bolt 1 from (-0.5, 0.5)", "start in the void, 0.5 m before the rock; start it at (0, 0.5)"],
