@@ -12,6 +12,7 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import Load
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
+from bsm_mesh.model.residual import residual_note
 from bsm_mesh.modelfile.build import LoadedModel, load_model_file
 from bsm_mesh.solve.limit_analysis import LimitAnalysis, StrengthLimit, limit_analysis, limit_tilt, strength_limit
 from bsm_mesh.text.tables import print_table
@@ -86,13 +87,14 @@ def _tell(
             else:
                 write_mechanism(model.blocks, found.mechanism, found.present, draft)
         file = added.folder.path / "limit.vtu"
+    notes = [*notes_of(model), *([residual] if (residual := residual_note(model)) else [])]
     if as_json:
-        notes = [*loaded.notes, *notes_of(model), str(found)]
+        notes = [*loaded.notes, *notes, str(found)]
         say_json({**told, "file": None if file is None else str(file), "notes": notes})
         return
     for note in loaded.notes:
         say(f"mesh: {note}", err=True)
-    for note in notes_of(model):
+    for note in notes:
         say(f"note: {note}", err=True)
     print_table(model.title or str(loaded.path), ("", ""), rows)
     say(f"{found}.")

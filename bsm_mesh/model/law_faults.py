@@ -94,6 +94,17 @@ def fails_by_slip(law: JointLaw) -> bool:
     return bool(law.respond(pressure, BEYOND_STRENGTH * one, one, *memory).failed.any())
 
 
+def loses_strength(law: JointLaw) -> bool:
+    """Return whether far slip lessens the shear strength of a law, at one of the pressures that are probed."""
+    pressure = np.array(PROBED)
+    one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
+    slid = [np.full(len(pressure), PAST[name]) for name in remembered_by(law)]
+    peak = law.respond(pressure, np.zeros_like(one), one, intact).strength
+    failed = law.respond(pressure, BEYOND_STRENGTH * one, one, intact, *slid).failed
+    left = law.respond(pressure, BEYOND_STRENGTH * one, one, failed, *slid).strength
+    return bool((left < peak * (1 - 1e-9)).any())
+
+
 def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:
     kind = np.dtype(bool if name in ("sticking", "failed") else float)
     if isinstance(values, np.ndarray) and values.shape == like.shape and values.dtype == kind:

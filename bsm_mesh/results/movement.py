@@ -23,6 +23,11 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
     return np.flatnonzero(distances(stage.stage_displacement) > FAR * blocks.moments.size)
 
 
+def moved_beyond(limit: float) -> str:
+    """Return the reason of a collapse by the displacement limit [m]."""
+    return f"a block moved more than {limit:.3g} m"
+
+
 def step_in_words(step: StepRecord) -> str:
     """Return the progress of an accepted step: the unbalanced force, or the time reached in a record."""
     at = f"step {step.step}: unbalanced force {step.residual:.1e}"

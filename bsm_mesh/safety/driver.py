@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.movements import distances
+from bsm_mesh.results.movement import moved_beyond
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bracket import Bracket, Judged, Range, Verdict, bracket_of, next_values
@@ -79,6 +81,13 @@ class Found:
     is_closed: bool
 
 
+class Allowance(NamedTuple):
+    """The displacement at which a trial ends [m], and its parts in words."""
+
+    limit: float
+    words: str
+
+
 class Search:
     """The search for a limit.
 
@@ -119,6 +128,7 @@ class Search:
         self._counts, self._wants_states = counts, states
         self._ended: dict[float, Ended] = {each.value: each for each in known}
         self._reference: Ended | None = None
+        self._allowed: dict[float, Allowance | None] = {}
 
     def run(self, most: int, processes: int = 1) -> Found:
         """Return what at most so many trials find, as many at a time as there are processes."""
@@ -146,7 +156,9 @@ class Search:
         return self._ended[value].results if value in self._ended else None
 
     def _try(self, values: Sequence[float], run_all: RunAll) -> None:
-        for each in run_all([(value, self._limit(value)) for value in values]):
+        allowed = {value: self._allowance(value) for value in values}
+        self._allowed |= allowed
+        for each in run_all([(value, None if (most := allowed[value]) is None else most.limit) for value in values]):
             self._ended[each.value] = each
             said = self._judge(each)
             self._report(f"trial at {each.value:.5g}: {said.verdict} ({said.reason})")
@@ -158,8 +170,8 @@ class Search:
             if value not in ends:
                 self._ended[value] = replace(each, results=None)
 
-    def _limit(self, value: float) -> float | None:
-        """Return a movement that is a failure for certain, so that no run continues beyond it [m].
+    def _allowance(self, value: float) -> Allowance | None:
+        """Return the movement that is a failure for certain, so that no run continues beyond it.
 
         That is more than any block moves in the reference state by a mean size, or, where failure is proved, by the
         part of it that counts as failure.
@@ -168,8 +180,18 @@ class Search:
         if self._reference is None or not math.isfinite(part) or not self._counts.any():
             return None
         size = self._blocks.moments.size[self._counts]
-        beyond = part * size.mean() if self._is_proved(value) else max(part * size.max(), size.mean())
-        return float(distances(self._reference.displacement).max() + beyond)
+        mean, greatest = float(size.mean()), part * float(size.max())
+        if self._is_proved(value):
+            beyond, words = part * mean, f"{100 * part:g} % of the mean block size"
+        elif greatest > mean:
+            beyond, words = greatest, f"{100 * part:g} % of the greatest block size"
+        else:
+            beyond, words = mean, "the mean block size"
+        moved, at = float(distances(self._reference.displacement).max()), f"{self._reference.value:.4g}"
+        return Allowance(
+            limit=moved + beyond,
+            words=f"{moved:.3g} m in the reference state at {at}, and {beyond:.3g} m more ({words})",
+        )
 
     def _is_proved(self, value: float) -> bool:
         """Return whether failure is proved at a value."""
@@ -210,6 +232,9 @@ class Search:
 
     def _judge(self, each: Ended) -> Judgement:
         said = self._criterion.judge(each, self._reference, self._blocks, self._counts)
+        allowed = self._allowed.get(each.value)
+        if allowed is not None and said.reason == moved_beyond(allowed.limit):
+            said = replace(said, reason=f"{said.reason}: {allowed.words}")
         if not self._is_proved(each.value) or said.verdict is Verdict.UNSTABLE:
             return said
         moved = movement(each, self._reference, self._blocks, self._counts)

@@ -12,6 +12,7 @@ from bsm_mesh.model.in_stage import model_up_to, resting_stage
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
+from bsm_mesh.model.residual import residual_note
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.values import Rules
 from bsm_mesh.safety.answer import FACTOR, Safety, Settings, answer_of, notes_on, run_options
@@ -130,8 +131,10 @@ def factor_of_safety(
             continue
         others.append((text, _search(other_runs, limit, settings, report).bracket))
     notes += _on_spread(found.bracket, others)
+    beyond = beside(found.bracket, limit, settings)
+    notes += [residual] if beyond and (residual := residual_note(model)) else []
     answer = answer_of(found, limit, FACTOR, name, STARTS[runs.start].format(stage=name), reduction.words(model))
-    return replace(answer, spread=tuple(others), notes=tuple(notes), beside=beside(found.bracket, limit, settings))
+    return replace(answer, spread=tuple(others), notes=tuple(notes), beside=beyond)
 
 
 def _search(runs: StrengthTrials, limit: Limit, settings: Settings, report: Callable[[str], None]) -> Found:

@@ -1,5 +1,6 @@
 """Factors of safety: what counts as failure, which trials are run, what is refused, what is handed out."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -169,6 +170,19 @@ def test_a_model_that_fails_as_it_is():
     weak = incline()
     found = factor_of_safety(weak.replace(joints=[replace(weak.joints[0], law=bsm.MohrCoulomb(friction=20.0))]))
     assert found.stable < np.tan(np.radians(20.0)) / np.tan(np.radians(DIP)) <= found.unstable * (1 + 1e-4)
+
+
+def test_the_movement_at_which_a_trial_ends_has_its_parts():
+    """The mean block size is that of the block on the incline, 1 m; the reference state is that at 1."""
+    found = factor_of_safety(incline())
+    (reason,) = {trial.reason for trial in found.trials if trial.value == found.unstable}
+    told = re.fullmatch(
+        r"a block moved more than (\S+) m: (\S+) m in the reference state at 1, and (\S+) m more \((.*)\)", reason
+    )
+    assert told is not None, reason
+    limit, moved, more = (float(told[k]) for k in (1, 2, 3))
+    assert (more, told[4]) == (0.05, "5 % of the mean block size")
+    assert limit == pytest.approx(moved + more, rel=0.01)
 
 
 def test_nothing_that_fails_is_no_limit():

@@ -12,6 +12,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import place
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.movements import distances
+from bsm_mesh.results.movement import moved_beyond
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.continuation.state import CollapseMemory
 from bsm_mesh.solve.step.system import Contacts, System
@@ -143,7 +144,7 @@ class CollapseCriterion:
             reason = f"a block moved by more than {SETTINGS.runs:g} times its size and is as fast as one size before"
             return self._collapse(reason, runs, moves)
         if (far := (moved > self.limit) & ~self.small).any():
-            return self._collapse(f"a block moved more than {self.limit:.3g} m", far, moves)
+            return self._collapse(moved_beyond(self.limit), far, moves)
         if chips.any():
             number = np.flatnonzero(chips).astype(np.int32)
             small = np.ones(len(number), dtype=bool)
