@@ -12,11 +12,13 @@ import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
 from examples.numbers.pages import markdown
 from tests.scenes import large_zones as scenes
+from tests.scenes import meeting_zones as meeting
 from tests.scenes.arch import arch
 
 COMMAND = "python -m benchmarks.large_zones"
 HEADER = ("zones in large displacement", "closed form or rigid blocks", "found")
 PARTS = (0.98, 0.99, 1.01, 1.02)  # of the critical load
+ROWS = 15  # random rows of blocks
 PLACES = (0.001, *np.arange(1, 13) / 8)  # m, at which a block is looked at that slides over zones of .5 m
 
 
@@ -40,7 +42,44 @@ def rows() -> list[tuple[str, ...]]:
         case = f"block that slides over three zones of order {order}"
         lines.append((f"{case}: shear over N tan(friction)", "1", f"{resultant:.5f}"))
         lines.append((f"{case}: greatest jump of a point's force over their mean", "0", f"{jump:.1e}"))
+    return [*lines, *_meetings()]
+
+
+def _meetings() -> list[tuple[str, ...]]:
+    """Return the lines of blocks that meet where they touched nothing before."""
+    load, lines = 1e4, []
+    exact, found = meeting.beams_exact(load), meeting.force_between(bsm.run(meeting.beams(load)))
+    lines.append(("cantilevers, L = 10 H, whose gap closes: force between them, kN/m", *_kilo(exact, found)))
+    fallen = bsm.run(meeting.dropped(young=1e10, size=0.5))
+    lines.append(
+        ("block that falls onto a floor: force on it, kN/m", *_kilo(meeting.WEIGHT, meeting.force_between(fallen)))
+    )
+    for degrees in (0.0, 37.0):
+        found, exact = meeting.leaning_force(bsm.run(meeting.leaning(degrees)), degrees)
+        case = (
+            f"column that falls onto a smooth wall, E = 1e13 Pa, turned by {degrees:g} degrees: force of the wall, kN/m"
+        )
+        lines.append((case, *_kilo(exact, found)))
+    for smooth, name in ((True, "without friction"), (False, "with friction")):
+        runs = [[bsm.run(each) for each in _both(meeting.row(seed, smooth=smooth))] for seed in range(ROWS)]
+        same = sum(zones.status == rigid.status for zones, rigid in runs)
+        lines.append((f"random rows of stiff blocks {name}: verdicts of rigid blocks", f"{ROWS}", f"{same}"))
+        if smooth:
+            off = max(_off(*(each.stages[0].displacement for each in both)) for both in runs)
+            lines.append((f"the same {name}: greatest difference over the greatest movement", "0", f"{off:.1e}"))
     return lines
+
+
+def _both(model: bsm.Model) -> tuple[bsm.Model, bsm.Model]:
+    return model, meeting.rigid(model)
+
+
+def _off(zones: np.ndarray, rigid: np.ndarray) -> float:
+    return float(np.abs(zones - rigid).max() / np.abs(rigid).max())
+
+
+def _kilo(exact: float, found: float) -> tuple[str, str]:
+    return f"{exact / 1e3:.4f}", f"{abs(found) / 1e3:.4f}"
 
 
 def _slides(order: int) -> tuple[float, float]:

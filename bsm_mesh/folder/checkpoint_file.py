@@ -51,13 +51,13 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
     from bsm_mesh.solve.zones.fills import Fill
     from bsm_mesh.solve.zones.joint_history import JointHistory
-    from bsm_mesh.solve.zones.moving_points import Places
+    from bsm_mesh.solve.zones.moving_points import Met, Places
     from bsm_mesh.solve.zones.zones_state import ZonesMemory
     from bsm_mesh.space import PointHistory, PolygonPoints
 
     listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
     others = (FaceWater, FlowState, LinearState, LoopState, Pace, PointForces, ShakingMemory, StageProgress, StepRecord)
-    of_zones = (Fill, JointHistory, Places, ZonesMemory)
+    of_zones = (Fill, JointHistory, Met, Places, ZonesMemory)
     return {kind.__name__: kind for kind in (*listed, *others, *of_zones, PointHistory, PolygonPoints, QuietEnds)}
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import Faces
 from bsm_mesh.movements import turned
@@ -58,26 +58,40 @@ def shares_of_contacts(
         Where they are, and the outward normals of b's edges, brought back to the given geometry with block a.
     in_rows : {0, 2, 3}
         How many rows are the contacts of one face: two at its ends or at Gauss points within, or three, one in the
-        middle; 0: they are in no order.
+        middle; 0: they are in no order. Contacts of blocks that met later are in no order, behind the others.
     """
     sign = np.where(contacts.block_a < contacts.block_b, 1.0, -1.0)
     direction = turned(normal * sign[:, None], np.pi / 2)
-    if in_rows == 2:
-        other = np.arange(len(point)) ^ 1
-        side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
-        middle = (point[other] + point) / 2
-        outer = middle - (side * contacts.length)[:, None] * direction
-        first, last = (np.where((side == s)[:, None], outer, middle) for s in (1, -1))
-        return Shares(first=first, last=last, direction=direction, side=side)
-    if in_rows == 3:
-        row = np.arange(len(point))
-        other = row + 2 - 2 * (row % 3)  # of the middle itself
-        side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
-    else:
-        side = _sides(blocks, contacts, point, direction)
+    other, in_row = _others_in_rows(contacts, in_rows)
+    side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
+    if not in_row.all():
+        side = np.where(in_row, side, _sides(blocks, contacts, point, direction))
     first = point + ((side - 1) / 2 * contacts.length)[:, None] * direction
     last = point + ((side + 1) / 2 * contacts.length)[:, None] * direction
+    if in_rows == 2:
+        middle = (point[other] + point) / 2
+        outer = middle - (side * contacts.length)[:, None] * direction
+        inner = [np.where((side == s)[:, None], outer, middle) for s in (1, -1)]
+        first, last = (np.where(in_row[:, None], *of) for of in zip(inner, (first, last), strict=True))
     return Shares(first=first, last=last, direction=direction, side=side)
+
+
+def _others_in_rows(contacts: ContactForces, in_rows: int) -> tuple[IntArray, BoolArray]:
+    """Return the row of the other end of each contact's face, and which contacts are in rows at all, (m,) each.
+
+    The ends of a face have the same length.
+    """
+    row = np.arange(len(contacts.length))
+    if not in_rows:
+        return row, np.zeros(len(row), dtype=bool)
+    place = row % in_rows
+    begins = row - place
+    whole = begins + in_rows <= len(row)
+    other = np.where(whole, begins + (in_rows - 1 - place), row)  # of the middle itself
+    last = np.where(whole, begins + in_rows - 1, row)
+    for values in (contacts.block_a, contacts.block_b, contacts.length):
+        whole &= values[begins] == values[last]
+    return np.where(whole, other, row), whole
 
 
 def _sides(blocks: Blocks, contacts: ContactForces, point: FloatArray, direction: FloatArray) -> IntArray:

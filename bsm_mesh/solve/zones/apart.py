@@ -22,7 +22,6 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import ContactForces, ContactStatus
 from bsm_mesh.solve.algebra.loads import force_sums
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
-from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.fields import block_averages, forces_of_stress
 from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.interfaces import Interfaces, interfaces_between, opened, shared_pieces
@@ -30,9 +29,11 @@ from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.loads import load_vector, weightless
 from bsm_mesh.solve.zones.mesh import ContinuumMesh, Discretization
+from bsm_mesh.solve.zones.met_points import with_met
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.placed_points import joint_points
 from bsm_mesh.solve.zones.supports import nodal_unknowns, support_rows
+from bsm_mesh.solve.zones.zone_faces import ZoneFaces
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stage_solution import StageEnd
@@ -103,11 +104,11 @@ class Apart:
         merged = np.zeros(own.N, dtype=np.int32)
         merged[own.element_dofs] = basis.element_dofs
         joints, is_open = None, np.zeros(len(pairs), dtype=bool)
-        if interfaces is not None and interfaces.joint.size:
+        if interfaces is not None and (interfaces.joint.size or elements.large):
             is_open = np.isin(one, interfaces.pieces)
             between = interfaces_between(mesh, interfaces.pieces, interfaces.joint)
-            chains = FaceChains.of(whole, mesh, elements.order) if elements.large else None
-            joints = joint_points(model, mesh, between, own, elements.order, chains)
+            faces = ZoneFaces.of(model, whole, mesh, elements.order) if elements.large else None
+            joints = joint_points(model, mesh, between, own, elements.order, faces)
         bolts = EmbeddedBolts.of(model, mesh, own, straight=True) if model.bolts else None
         return cls(
             model=model,
@@ -226,7 +227,7 @@ class Apart:
         joints = self.joints
         if joints is not None and end.at.state is not None and end.history is not None:
             if isinstance(joints, MovingPoints) and isinstance(end.joints, MovingPoints):
-                joints = joints.facing(end.joints.places)
+                joints = with_met(joints, end.joints.met).facing(end.joints.places)
             internal = internal + joints.forces(u, end.at.state, end.history)
         if self.bolts is not None and end.bolts is not None and end.at.bolts is not None:
             internal = internal - replace(end.bolts, rows=self.bolts.rows).forces(end.at.bolts)

@@ -15,7 +15,7 @@ from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces
 from bsm_mesh.solve.algebra.loads import given_of
 from bsm_mesh.solve.zones.placement import Placement, outline_of
-from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.stage_solution import StageEnd, met_rows
 from bsm_mesh.solve.zones.stages import Continuum
 
 
@@ -43,7 +43,8 @@ def evidence_of(
     normal, shear = (stiff[:, k, k] * contacts.length / size for k in (0, 2))
     if joints is not None and state is not None and history is not None:
         on = np.flatnonzero(end.present[joints.block].all(axis=1))
-        rows = slice(0, len(on))
+        given = len(on) - met_rows(end)
+        rows = np.concatenate([np.arange(given), np.arange(m - len(on) + given, m)])
         laws, law = (*joints.laws, Elastic()), np.full(m, len(joints.laws), np.int32)
         law[rows], failed[rows], path[rows] = joints.joint[on], history.failed[on], history.slip_path[on]
         left[rows] = np.where(history.parted, 0.0, joints.residual_tension)[on]

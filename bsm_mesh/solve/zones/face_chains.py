@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
@@ -30,6 +32,8 @@ class FaceChains:
         Sine of the turn from it to the piece after it; positive: away from what lies on the face.
     block : (p,) int32
         Whose they are.
+    plane : (p,) int32
+        Number of the plane face of every piece.
     """
 
     node: IntArray
@@ -37,6 +41,7 @@ class FaceChains:
     after: IntArray
     bend: FloatArray
     block: IntArray
+    plane: IntArray
 
     @classmethod
     def of(cls, whole: ContinuumMesh, opened: ContinuumMesh, order: int) -> FaceChains:
@@ -51,7 +56,8 @@ class FaceChains:
         there = np.flatnonzero(after >= 0)
         before[after[there]] = there
         block = opened.block[opened.mesh.f2t[0, facet]]
-        return cls(node=node.astype(np.int32), before=before, after=after, bend=bend, block=block)
+        plane = _plane(after, bend)
+        return cls(node=node.astype(np.int32), before=before, after=after, bend=bend, block=block, plane=plane)
 
     def shapes(self, share: FloatArray) -> FloatArray:
         """Return the shape functions of a side's nodes at parts of it from its start, (q, 2 or 3)."""
@@ -96,7 +102,7 @@ class FaceChains:
 
     def with_ends_covered(self, interfaces: Interfaces) -> Interfaces:
         """Return the interfaces; the second side is the one whose faces do not continue beyond them, if any."""
-        face = self._faces()[interfaces.pieces]
+        face = self.plane[interfaces.pieces]
         free = np.logical_or(*self.free_ends(interfaces))[interfaces.pieces].astype(int)
         _, pair = np.unique(np.sort(face, axis=1), axis=0, return_inverse=True)
         pair = pair.reshape(-1)
@@ -116,17 +122,6 @@ class FaceChains:
             facet=turned(interfaces.facet),
         )
 
-    def _faces(self) -> IntArray:
-        """Return the number of the plane face of every piece, (p,)."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
-
-        there = np.flatnonzero((self.after >= 0) & (np.abs(self.bend) <= RULES.flat))
-        size = len(self.after)
-        graph = coo_matrix((np.ones(len(there), np.int8), (there, self.after[there])), shape=(size, size))
-        number: IntArray = connected_components(graph, directed=False)[1]
-        return number
-
     def _projected(self, point: FloatArray, piece: IntArray, place: FloatArray) -> FloatArray:
         """Return at which part of its piece every point is, along the chord; outside 0 to 1 beyond the ends.
 
@@ -141,6 +136,14 @@ class FaceChains:
             first, second = 4 * middle - 1, 2 - 4 * middle
             share = 2 * share / (first + np.sqrt(np.maximum(first**2 + 4 * second * share, 0.0)))
         return share
+
+
+def _plane(after: IntArray, bend: FloatArray) -> IntArray:
+    """Return the number of the plane face of every piece, (p,)."""
+    there = np.flatnonzero((after >= 0) & (np.abs(bend) <= RULES.flat))
+    graph = coo_matrix((np.ones(len(there), np.int8), (there, after[there])), shape=(len(after), len(after)))
+    number: IntArray = connected_components(graph, directed=False)[1]
+    return number
 
 
 def _following(mesh: ContinuumMesh, pieces: IntArray) -> tuple[IntArray, FloatArray]:

@@ -133,6 +133,11 @@ class JointWindow:
         return chunks_of(self._asked, self._state.springs, rows, columns, slips=True, works=True)
 
     @property
+    def count(self) -> int:
+        """Number of points."""
+        return self._asked.count
+
+    @property
     def energy(self) -> float:
         """Energy in the springs of closed points at the begin [N]."""
         return spring_energy(self._asked, self._state)

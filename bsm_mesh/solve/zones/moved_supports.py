@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.zones.equilibrium import OPEN_STIFFNESS, Equations
+from bsm_mesh.solve.zones.met_points import begun_between, met
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 
 
@@ -26,9 +27,8 @@ def steps(equations: Equations, u: FloatArray) -> Iterator[bool]:
     turned = u if free.turn is None else free.turn.T @ u
     first = np.where(last.held, turned, 0.0), last.rows @ u
     way = last.given - first[0], last.values - first[1]
-    side = float(np.median(joints.pieces))
     furthest = max(float(np.abs(part).max(initial=0.0)) for part in way)
-    count = int(np.ceil(round(furthest / side, 6)))  # supports that stay do so but for rounding
+    count = int(np.ceil(round(furthest / joints.side, 6)))  # supports that stay do so but for rounding
     for step in range(count):
         free.hold(*(start + step / count * part for start, part in zip(first, way, strict=True)))
         yield step > 0
@@ -54,22 +54,44 @@ def carried(equations: Equations, u: FloatArray) -> FloatArray:
     return large.moved(u, correction + jump)
 
 
-def slid_on(equations: Equations, u: FloatArray, present: BoolArray) -> Equations | None:
-    """Return the equations with joints at the places that they face at displacements u (N,); None: none slid far.
+def slid_on(
+    equations: Equations, u: FloatArray, present: BoolArray, start: FloatArray | None = None, band: float = 0.0
+) -> Equations | None:
+    """Return the equations with joints at the places that they face at displacements u (N,), and where blocks met.
 
-    Points over the end of a face have come apart for good. `present` (n,) says which blocks are there.
+    None: none slid far, or met. Points over the end of a face have come apart for good.
+
+    Parameters
+    ----------
+    equations : Equations
+        As they are.
+    u : (N,) float64 [m]
+        Displacements.
+    present : (n,) bool
+        Which blocks are there.
+    start : (N,) float64 or None [m]
+        Displacements from which blocks at rest came: where they met on the way their slip begins.
+    band : float [m]
+        How near to each other blocks that move have met.
     """
     joints, history = equations.joints, equations.history
-    moved = joints.slid_on(u) if isinstance(joints, MovingPoints) else None
-    if moved is None or history is None:
+    if not isinstance(joints, MovingPoints) or history is None:
         return None
-    over = moved.places.over
-    breaks = over & np.isfinite(moved.tension)
-    history = replace(
-        history,
-        present=present[moved.block].all(axis=1) & ~over,
-        failed=history.failed | breaks,
-        parted=history.parted | breaks,
-        shear=np.where(over, 0.0, history.shear),
-    )
-    return replace(equations, joints=moved, history=history)
+    moved, state = joints.slid_on(u), joints.evaluate(u, history)
+    if moved is not None:
+        over = moved.places.over
+        breaks = over & np.isfinite(moved.tension)
+        history = replace(
+            history,
+            present=present[moved.block].all(axis=1) & ~over,
+            failed=history.failed | breaks,
+            parted=history.parted | breaks,
+            shear=np.where(over, 0.0, history.shear),
+        )
+    further = met(moved or joints, history, u, present, state, band)
+    if further is None:
+        return None if moved is None else replace(equations, joints=moved, history=history)
+    joints, history, fresh = further
+    if start is not None:
+        history = begun_between(joints, history, fresh, start, u)
+    return replace(equations, joints=joints, history=history)

@@ -9,6 +9,9 @@ The place m is one of the material: the shape functions of the side's nodes ther
 point that slid too far from it gets the place that it faces then, perhaps on another side of a zone (`face_chains`).
 Its slip continues from its value. Forces do not jump, because two sides share the node between them. A point that slid
 over the end of a face carries nothing.
+
+Faces that touched nothing before get points where they come upon other blocks (`met_points`), behind those of the given
+joints.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.tangents import PointStiffness
+from bsm_mesh.solve.zones.zone_faces import ZoneFaces
 
 QUARTER = np.array([(0.0, -1.0), (1.0, 0.0)])
 SLID = 1e-3  # of the side of a zone: beyond, a point gets the place that it faces
@@ -52,6 +56,34 @@ class Places:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Met:
+    """Points where faces came upon blocks that they did not touch before, (k,) each.
+
+    Attributes
+    ----------
+    corner : (k,) int32
+        Of the outlines (`ZoneFaces`).
+    length : (k,) float64 [m]
+        That each represents.
+    joint : (k,) int32
+        As `JointPoints` has it.
+    block : (k, 2 sides) int32
+        The blocks that met.
+    """
+
+    corner: IntArray
+    length: FloatArray
+    joint: IntArray
+    block: IntArray
+
+    @classmethod
+    def none(cls) -> Met:
+        """Return no points."""
+        none = np.zeros(0, np.int32)
+        return cls(corner=none, length=np.zeros(0), joint=none, block=np.zeros((0, 2), np.int32))
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class MovingPoints(JointPoints):
     """Points of joints in large displacement.
 
@@ -63,12 +95,14 @@ class MovingPoints(JointPoints):
         Unknowns of every node.
     as_given : (k, 2) float64 [m]
         Where the nodes were given.
-    chains : FaceChains
-        Faces that points slide along.
     places : Places
         Where they are there.
-    outer : (q,) int8
-        Of points next to a part of their face without points: its direction along the chain, 1 or -1; else 0.
+    faces : ZoneFaces
+        Outlines of the blocks, with the faces that points slide along.
+    own : (p, 2) int32
+        Of every point of a given joint, the edge of its side that starts there, and the one that ends there; -1: none.
+    met : Met
+        The last points, which came later.
     unknown : (q, 2 m) int32
         Unknowns x, y of the node s and of those of the side.
     parts : (q, 2, m) float64
@@ -80,9 +114,10 @@ class MovingPoints(JointPoints):
     node: IntArray
     nodes: IntArray
     as_given: FloatArray
-    chains: FaceChains
     places: Places
-    outer: IntArray
+    faces: ZoneFaces
+    own: IntArray
+    met: Met
     unknown: IntArray
     parts: FloatArray
     given: FloatArray
@@ -94,24 +129,23 @@ class MovingPoints(JointPoints):
         node: IntArray,
         nodes: IntArray,
         as_given: FloatArray,
-        chains: FaceChains,
         piece: IntArray,
         share: FloatArray,
-        outer: IntArray,
+        faces: ZoneFaces,
+        own: IntArray,
     ) -> MovingPoints:
         """Return the same points, which lie at parts (q,) of pieces (q,) of the first side as given."""
         zero = np.zeros(len(node))
         places = Places(piece=piece, share=share, slid=zero, over=np.zeros(len(node), dtype=bool))
         known = {field.name: getattr(points, field.name) for field in fields(points)}
-        side = _side(chains, node, nodes, as_given, places)
-        return cls(
-            **known, node=node, nodes=nodes, as_given=as_given, chains=chains, places=places, outer=outer, **side
-        )
+        side = _side(faces.chains, node, nodes, as_given, places)
+        frame: dict[str, Any] = {"nodes": nodes, "as_given": as_given, "faces": faces}
+        return cls(**known, **frame, node=node, places=places, own=own, met=Met.none(), **side)
 
     def facing(self, places: Places) -> MovingPoints:
         """Return the points at other places of the first side."""
-        block = np.stack([self.chains.block[places.piece], self.block[:, 1]], axis=1)
-        side = _side(self.chains, self.node, self.nodes, self.as_given, places)
+        block = np.stack([self.faces.chains.block[places.piece], self.block[:, 1]], axis=1).astype(np.int32)
+        side = _side(self.faces.chains, self.node, self.nodes, self.as_given, places)
         return replace(self, block=block, places=places, **side)
 
     def slid_on(self, u: FloatArray) -> MovingPoints | None:
@@ -123,7 +157,7 @@ class MovingPoints(JointPoints):
             return None
         piece, share, over = places.piece.copy(), places.share.copy(), places.over.copy()
         where = self.as_given + u[self.nodes]
-        piece[far], share[far] = self.chains.facing(where[self.node[far]], piece[far], where)
+        piece[far], share[far] = self.faces.chains.facing(where[self.node[far]], piece[far], where)
         over[far] = np.abs(share[far] - 0.5) > 0.5 + OVER
         share[over] = share[over].clip(0.0, 1.0)
         if (piece == places.piece).all() and (share == places.share).all() and (over == places.over).all():
@@ -137,15 +171,6 @@ class MovingPoints(JointPoints):
     def over(self) -> BoolArray:
         """Which points slid over the end of a face, (q,)."""
         return self.places.over
-
-    @property
-    def uncovered(self) -> BoolArray:
-        """Which points have next to them a part of their face without points that slid onto the first side, (q,)."""
-        piece, share = self.places.piece, self.places.share
-        back = (share > OVER) | (self.chains.before[piece] >= 0)
-        forth = (share < 1 - OVER) | (self.chains.after[piece] >= 0)
-        found: BoolArray = ((self.outer < 0) & back) | ((self.outer > 0) & forth)
-        return found
 
     def relative(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return opening and slip (q,) [m] at displacements u (N,)."""
@@ -166,7 +191,7 @@ class MovingPoints(JointPoints):
         """Return the derivatives of opening and slip by the unknowns of every point, (q, 2, 2 m)."""
         by = np.stack(self._gradients(u), axis=1).reshape(len(self.parts), 2, 2, 2)
         found: FloatArray = np.einsum("qri,qdrj->qdij", self.parts, by)
-        return found.reshape(len(self.parts), 2, -1)
+        return found.reshape(len(self.parts), 2, 2 * self.parts.shape[2])
 
     def entries(self, u: FloatArray, state: JointState, of: PointStiffness) -> FloatArray:
         """Return the derivatives (q, 2 m, 2 m) of every point's forces by its unknowns, with the turning of frames."""
@@ -206,6 +231,13 @@ class MovingPoints(JointPoints):
         """Lengths of the sides of zones that points lie on, as given, (q,) [m]."""
         length: FloatArray = np.hypot(*self.given[:, 1].T)
         return length
+
+    @property
+    def side(self) -> float:
+        """Length of a side of a zone on a joint, the median; without joints of one along an outline [m]."""
+        ends = self.as_given[self.faces.chains.node[:, :2]]
+        lengths = self.pieces if len(self.own) else np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+        return float(np.median(lengths))
 
     def _vectors(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         r, e = np.moveaxis(self.given + self._of_nodes(u), 1, 0)
@@ -262,5 +294,5 @@ def _side(chains: FaceChains, node: IntArray, nodes: IntArray, as_given: FloatAr
     parts = np.zeros((len(every), 2, every.shape[1]))
     parts[:, 0, 0], parts[:, 0, 1:] = 1.0, -chains.shapes(places.share)
     parts[:, 1, 1], parts[:, 1, 2] = -1.0, 1.0
-    unknown = nodes[every].reshape(len(every), -1).astype(np.int32)
+    unknown = nodes[every].reshape(len(every), 2 * every.shape[1]).astype(np.int32)
     return {"unknown": unknown, "parts": parts, "given": parts @ as_given[every]}

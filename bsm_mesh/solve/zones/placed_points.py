@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.dilation import Dilating
 from bsm_mesh.contact.shear_springs import Growing
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.elasticity import nominal_constants
-from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.interfaces import Interfaces
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
@@ -30,6 +29,7 @@ from bsm_mesh.solve.zones.rock_faces import (
     interface_tensions,
 )
 from bsm_mesh.solve.zones.supports import nodal_unknowns
+from bsm_mesh.solve.zones.zone_faces import ZoneFaces
 
 Rule = tuple[FloatArray, FloatArray]
 """Places and weights along a side of length 1."""
@@ -41,7 +41,7 @@ TIED = 1e4  # of the softer rock's stiffness over the length of a point: represe
 
 
 def joint_points(
-    model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int, chains: FaceChains | None
+    model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int, faces: ZoneFaces | None
 ) -> JointPoints:
     """Return the points of all interfaces of a mesh that is opened along its joints.
 
@@ -57,51 +57,73 @@ def joint_points(
         Of the vector-valued element.
     order : int
         Of the elements.
-    chains : FaceChains or None
-        Faces of that mesh that the points slide along; None: displacements are small.
+    faces : ZoneFaces or None
+        Outlines of that mesh, along which points slide; None: displacements are small.
     """
-    import skfem
-
     rule = SIMPSON if order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
-    first, second = (
-        skfem.FacetBasis(mesh.mesh, basis.elem, facets=interfaces.facet[:, side], quadrature=rule) for side in (0, 1)
-    )
-    normal = np.broadcast_to(np.asarray(first.normals), (2, *first.dx.shape)).reshape(2, -1)
-    jump = [b - a for a, b in zip(_traces(first), _traces(second), strict=True)]
-    count = first.dx.shape[1]
+    count = len(rule[1])
+    point, normal, length, jump = _sides(mesh, interfaces, basis, rule)
     joint = np.repeat(interfaces.joint, count)
-    length = first.dx.ravel()
-    of_joints = [given.contact_stiffness for given in model.joints]
-    tied = joint >= len(of_joints)
-    stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
-    tension, residual_tension = interface_tensions(model)
-    block = np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1)
-    softer = nominal_constants(model).stiffness.max(axis=(1, 2))[block].min(axis=1)
-    stiffness[tied] = (TIED * softer / length)[tied, None]
+    block = np.repeat(mesh.block[mesh.mesh.f2t[0, interfaces.facet]], count, axis=0)
     points = JointPoints(
-        point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
+        point=point.T.copy(),
         normal=normal.T.copy(),
         length=length,
         joint=joint,
         block=block,
-        normal_stiffness=stiffness[:, 0] * length,
-        shear_stiffness=stiffness[:, 1] * length,
-        tension=tension[joint] * length,
-        residual_tension=residual_tension[joint] * length,
-        closure_limit=interface_closures(model)[joint],
-        dilating=Dilating.among(*interface_dilations(model)[:, joint]),
-        growing=Growing.among(interface_curves(model)[joint], stiffness[:, 1], length, stiffness[:, 1] * length),
+        **springs_of(model, joint, length, block),
         joints=len(model.joints),
         laws=interface_laws(model),
         opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),
         slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),
         at_ends=rule is ENDS,
     )
-    return points if chains is None else _moving(points, mesh, chains, interfaces, basis, rule)
+    return points if faces is None else _moving(points, mesh, faces, interfaces, basis, rule)
+
+
+def _sides(
+    mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, rule: Rule
+) -> tuple[FloatArray, FloatArray, FloatArray, list[Any]]:
+    """Return places and normals (2, q) of the points, their lengths (q,), and matrices of the jumps in x and y."""
+    import skfem
+
+    if not interfaces.joint.size:
+        none = sp.csr_matrix((0, basis.N))
+        return np.zeros((2, 0)), np.zeros((2, 0)), np.zeros(0), [none, none]
+    first, second = (
+        skfem.FacetBasis(mesh.mesh, basis.elem, facets=interfaces.facet[:, side], quadrature=rule) for side in (0, 1)
+    )
+    normal = np.broadcast_to(np.asarray(first.normals), (2, *first.dx.shape)).reshape(2, -1)
+    jump = [b - a for a, b in zip(_traces(first), _traces(second), strict=True)]
+    return np.asarray(first.global_coordinates()).reshape(2, -1), normal, first.dx.ravel(), jump
+
+
+def springs_of(model: Model, joint: IntArray, length: FloatArray, block: IntArray) -> dict[str, Any]:
+    """Return the fields of `JointPoints` that follow from the joint, the length and the blocks of points, (q,) each."""
+    of_joints = [given.contact_stiffness for given in model.joints]
+    tied = joint >= len(of_joints)
+    stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
+    tension, residual_tension = interface_tensions(model)
+    softer = nominal_constants(model).stiffness.max(axis=(1, 2))[block].min(axis=1)
+    stiffness[tied] = (TIED * softer / length)[tied, None]
+    return {
+        "normal_stiffness": stiffness[:, 0] * length,
+        "shear_stiffness": stiffness[:, 1] * length,
+        "tension": tension[joint] * length,
+        "residual_tension": residual_tension[joint] * length,
+        "closure_limit": interface_closures(model)[joint],
+        "dilating": Dilating.among(*interface_dilations(model)[:, joint]),
+        "growing": Growing.among(interface_curves(model)[joint], stiffness[:, 1], length, stiffness[:, 1] * length),
+    }
 
 
 def _moving(
-    points: JointPoints, mesh: ContinuumMesh, chains: FaceChains, interfaces: Interfaces, basis: Any, rule: Rule
+    points: JointPoints,
+    mesh: ContinuumMesh,
+    faces: ZoneFaces,
+    interfaces: Interfaces,
+    basis: Any,
+    rule: Rule,
 ) -> MovingPoints:
     """Return the points with the nodes of the second side, and where these lie on the pieces of the first."""
     nodes = nodal_unknowns(basis)
@@ -113,19 +135,19 @@ def _moving(
     piece, own = interfaces.pieces.T
     forwards = mesh.piece_ends[piece, 0] == first[0]
     share = np.where(forwards[:, None], rule[0], 1 - rule[0])
-    # What comes first along the second side comes last along the first one.
-    outer = np.zeros(node.shape, dtype=np.int8)
-    for end, free, way in zip(mesh.piece_ends[own].T, chains.free_ends(interfaces), (1, -1), strict=True):
-        outer[(node == end[:, None]) & free[own, None]] = way
+    begins, ends = (node == mesh.piece_ends[own, k][:, None] for k in (0, 1))
+    edge = faces.halves * own[:, None]
+    starts_there = np.where(ends, -1, edge + ~begins)  # the middle begins the second half
+    ends_there = np.where(begins, -1, edge + ends * (faces.halves - 1))
     return MovingPoints.of(
         points,
         node=node.ravel(),
         nodes=nodes,
         as_given=basis.doflocs[:, nodes[:, 0]].T,
-        chains=chains,
+        faces=faces,
         piece=np.repeat(piece, len(rule[1])).astype(np.int32),
         share=share.ravel(),
-        outer=outer.ravel(),
+        own=np.stack([starts_there.ravel(), ends_there.ravel()], axis=1).astype(np.int32),
     )
 
 

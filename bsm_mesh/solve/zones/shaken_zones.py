@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray
-from bsm_mesh.model.base_motion import BaseMotion
+from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.following import FREE
 from bsm_mesh.solve.motion.shaken_kernels import BASE, BOLTS, DRAG, SPEED
@@ -26,6 +26,7 @@ from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.zone_kernels import advance_zones
 from bsm_mesh.solve.zones.zone_masses import greatest_frequency, stable_time_step
 
+BAND = 0.02  # of a block's size: blocks nearer to each other have points, and move by half of it in a window
 SINGLE = 1e-6  # of the energy in rock and joints at the start: what single precision leaves of the balance
 
 
@@ -94,7 +95,10 @@ class ShakenZones:
         present: BoolArray,
         quiet: QuietNodes,
     ) -> None:
-        self.equations, self.at, self._present = equations, equations.at(u, equations.free.none), present
+        self._band = BAND * equations.size * (equations.large is not None)
+        self._present = present
+        self.equations = equations = slid_on(equations, u, present, band=self._band) or equations
+        self.at = equations.at(u, equations.free.none)
         self._rock, self._shaking, self._base, self._quiet = rock, shaking, BaseMotion(shaking), quiet
         self.diverged, self.is_over, self.damping = False, False, 0.0
         self._start = u
@@ -106,7 +110,7 @@ class ShakenZones:
         self._counted: FloatArray | None = None
         self._begin()
         joints = 0 if equations.joints is None else equations.joints.joints
-        begun = ShakingMemory.begin(len(present), joints, self._stored())
+        begun = ShakingMemory.begin(len(present), joints, self.stored)
         self.memory = replace(begun, velocity=np.zeros((len(rock.mass), 3)))
         self._limit_time_step()
 
@@ -129,7 +133,7 @@ class ShakenZones:
     def keep_record(self) -> None:
         """Add a row to the records: the present time, acceleration of the base and energies."""
         base = self._of_base(1, self.memory.time_step)[0] * (self._shaking.boundary is None)
-        memory = self.memory.with_record(float(base), self.kinetic, self._stored())
+        memory = self.memory.with_record(float(base), self.kinetic, self.stored)
         error = memory.records[-1, -1:]  # the last of `ENERGIES`
         error[np.abs(error) <= SINGLE * abs(memory.springs)] = 0.0
         self.memory = memory
@@ -138,14 +142,17 @@ class ShakenZones:
         """Begin a window: the columns of joints."""
         equations, state = self.equations, self.at.state
         if equations.joints is not None and equations.history is not None and state is not None:
-            self._window = JointWindow(equations.joints, equations.history, state, self._window)
+            before = self._window
+            same = before is not None and before.count == len(equations.joints.length)
+            self._window = JointWindow(equations.joints, equations.history, state, before if same else None)
 
     def _limit_time_step(self) -> None:
         """Set the longest stable time step, where joints are stiffer than they were when it was set."""
         stiffness = np.zeros(0) if self._window is None else self._window.stiffness
-        if self._counted is not None and (stiffness <= self._counted).all():
+        counted = self._counted if self._counted is not None and len(self._counted) == len(stiffness) else None
+        if counted is not None and (stiffness <= counted).all():
             return
-        self._counted = stiffness if self._counted is None else np.maximum(stiffness, self._counted)
+        self._counted = stiffness if counted is None else np.maximum(stiffness, counted)
         mass = self._rock.of_unknowns[self.equations.free.free]
         frequency = greatest_frequency(self._rock.stiffness(self.equations, self.at, self._counted), mass)
         stable = stable_time_step(frequency, self._shaking.drag + 2 * self._shaking.dashpots * frequency)
@@ -214,13 +221,21 @@ class ShakenZones:
         velocity = memory.velocity
         if last and last != step:  # that of half another time step before
             velocity = velocity + self._rock.projected(self._accelerations()) * (last - step) / 2
-        count = min(count, FREE.cycles)
+        count = min(count, FREE.cycles, self._cycles_within(velocity, step))
         base, wave = self._of_base(count, step) * step**2, np.zeros(count)
         if self._shaking.boundary is not None:
             base, wave = wave, base
             if not self.is_over:
                 wave = self._base.velocity_at(memory.time + step * np.arange(count, dtype=np.float64))
         return _Cycles(count, step, base, wave, velocity * step)
+
+    def _cycles_within(self, velocity: FloatArray, step: float) -> int:
+        """Return the cycles of a time step [s] in which no node comes through the band, at velocities (k, 3) [m/s]."""
+        if self._band == 0:
+            return FREE.cycles
+        fastest = float(np.hypot(*velocity[:, :2].T).max(initial=0.0))
+        time = (np.sqrt(fastest**2 + GRAVITY * self._band) - fastest) / GRAVITY
+        return max(1, int(time / step))
 
     def _of_base(self, count: int, step: float) -> FloatArray:
         """Return the acceleration of the base in cycles from now on, (count,) [m/s2]."""
@@ -262,10 +277,11 @@ class ShakenZones:
             equations = replace(equations, history=window.after(laws, joints.relative(u)[1]))
         if equations.bolts is not None:
             equations = replace(equations, bolts=equations.bolts.commit(equations.bolts.evaluate(u), u))
-        self.equations = slid_on(equations, u, self._present) or equations
+        there = equations.at(u, equations.free.none)
+        self.equations = slid_on(equations, u, self._present, band=self._band) or equations
         self.at = self.equations.at(u, equations.free.none)
-        if window is not None and joints is not None and self.at.state is not None:
-            at_points, damped = window.work(laws, self.at.state)
+        if window is not None and joints is not None and there.state is not None:
+            at_points, damped = window.work(laws, there.state)
             joint = np.minimum(joints.joint, len(slip) - 1)  # the last: of rock
             slip = np.bincount(joint, at_points, len(slip)).astype(np.float64)
         self._begin()
@@ -313,7 +329,8 @@ class ShakenZones:
         laws = self._window.chunks(dashpots / step, opened, slid)
         return points, laws, self._window.farthest(FREE.window)
 
-    def _stored(self) -> float:
+    @property
+    def stored(self) -> float:
         """Return the energy of rock and springs of joints now, that of the rock at the start apart [N]."""
         equations = self.equations
         energy = self._rock.strain_energy(equations, self.at.u)

@@ -60,7 +60,7 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
     motion.damping, motion.is_over = FREE.damping, True
     while motion.kinetic > least and motion.memory.cycles < end.cycles + LONGEST and not gone.any():
         slipped = motion.memory.sums[SLIP]
-        _go_on(motion)
+        go_on(motion)
         still = still + 1 if motion.memory.sums[SLIP] == slipped else 0
         motion.damping = (DAMPED if still >= PARTS else FREE).damping
         gone = (distances(movement(of, motion.at.u) - start) > RUNAWAY * size) & present
@@ -74,7 +74,8 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
     return f"after the record blocks slide on by more than their size: {SMALL}", None
 
 
-def _go_on(motion: ShakenZones) -> None:
+def go_on(motion: ShakenZones) -> None:
+    """Move nodes through a window."""
     memory = motion.memory
     motion.go_on(memory.time + FREE.cycles * memory.stable)
 

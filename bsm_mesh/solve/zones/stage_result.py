@@ -20,12 +20,12 @@ from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.zones.collapse import falling_blocks
 from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
-from bsm_mesh.solve.zones.large_limits import parted
+from bsm_mesh.solve.zones.following import RUNS
 from bsm_mesh.solve.zones.large_loads import joined, moved_loads
 from bsm_mesh.solve.zones.placement import Placement
 from bsm_mesh.solve.zones.small_displacements import moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
-from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, movement, stage_solution
+from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, met_rows, movement, stage_solution
 from bsm_mesh.solve.zones.stages import Continuum
 
 NO_EQUILIBRIUM = (
@@ -129,11 +129,14 @@ def _at_nodes(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
 
 
 def _contacts(of: Continuum, end: StageEnd, left: FloatArray, place: Placement) -> ContactForces:
-    """Return the forces at the points of joints, then those of whole rock."""
+    """Return the forces at the points of given joints, then those of whole rock and where blocks met later."""
     assert of.apart is not None
-    parts = contacts_of(end, with_rock=True), of.apart.ties(end, left, place.node)
-    columns = {field.name: [getattr(part, field.name) for part in parts] for field in fields(ContactForces)}
-    return ContactForces(**{name: np.concatenate(values) for name, values in columns.items()})
+    joints, rock, columns = contacts_of(end, with_rock=True), of.apart.ties(end, left, place.node), {}
+    given = len(joints.length) - met_rows(end)
+    for field in fields(ContactForces):
+        values = getattr(joints, field.name)
+        columns[field.name] = np.concatenate([values[:given], getattr(rock, field.name), values[given:]])
+    return ContactForces(**columns)
 
 
 def _supports(
@@ -234,7 +237,8 @@ def _verdict(
     if end.fault:
         return Status.NOT_CONVERGED, end.fault
     if end.moving is not None:
-        return Status.UNSTABLE, "after the shaking blocks moved on by more than their size"
+        after = "after the shaking blocks moved on by more than their size"
+        return Status.UNSTABLE, after if end.shaking is not None else f"blocks move on after {RUNS:g} times their size"
     if end.loose:
         return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
     if end.collapse is not None:
@@ -246,8 +250,6 @@ def _verdict(
     if end.large is not None:
         if end.leaves:
             return Status.NOT_CONVERGED, LEAVES
-        if far := parted(end):
-            return Status.NOT_CONVERGED, far
     elif far := moved_far(of.model, position, end.present):
         return Status.NOT_CONVERGED, f"block {far}: zones know no larger ones; leave zones out to follow blocks"
     if not residual <= tolerance:

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
 from bsm_mesh.model.stages import INITIAL, Stage
 from bsm_mesh.model.water import Water
 from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
 from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
 from bsm_mesh.solve.zones.fills import Fill
+from bsm_mesh.solve.zones.following import follow
 from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stress, pore_water, seepage_forces
+from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
@@ -40,6 +42,16 @@ MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a sta
 WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
 
 
+def _begun(start: JointHistory | None, equations: Equations) -> JointHistory | None:
+    """Return the history from which slip counts, for the points as they are now: later points are new."""
+    joints, history = equations.joints, equations.history
+    if start is None or history is None or not isinstance(joints, MovingPoints):
+        return start
+    path, count = history.slip_path.copy(), len(joints.own)
+    path[:count] = start.slip_path[:count]
+    return replace(history, slip_path=path)
+
+
 class StageRun:
     """The stages of one continuum with one set of elastic constants (t, 3, 3) [Pa], one after the other."""
 
@@ -57,6 +69,7 @@ class StageRun:
         relief, loads = self.plastic.nothing(), model.acting_loads
         self.state = ZonesState(model, zero, zero, joints, history, bolts, loads, water, none, relief)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
+        self.moving: IntArray | None = None  # blocks that run away in the stage
         self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
     @property
@@ -144,7 +157,7 @@ class StageRun:
 
     def solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
         """Return the equilibrium of a stage after every released part of excavation forces, or the first failure."""
-        state, of = self.state, self.of
+        state, of, self.moving = self.state, self.of, None
         loads = self.loads_on(present)
         equations = self.equations(present, loads)
         held, collapse = equations.free.supports, None
@@ -153,15 +166,15 @@ class StageRun:
             equations = replace(equations, load=equations.load - held_back)
             at, converged = equations.at(state.u, equations.free.none), False
             loose = self._loose(equations, at, present)
-            if loose:
+            if loose and equations.large is None:
                 break
             if self.near is not None and part == parts[-1]:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
             start = state.u
             equations, at, converged = self._moved(equations, at, present)
+            loose = [] if converged else self._loose(equations, at, present)
             if not converged:
-                loose = self._loose(equations, at, present)
                 collapse = plastic_collapse(equations, at, start)
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.joints, state.history = at.u, equations.joints, equations.history
@@ -176,7 +189,8 @@ class StageRun:
             plastic = plastic.after(at.plastic)  # stresses of the last state, not those of elastic rock there
         end = self.end_at(name, present, replace(equations, plastic=plastic), at, loads, converged)
         leaves = converged and equations.leaves(at)
-        return replace(end, loose=loose, collapse=collapse, held_back=held_back, leaves=leaves)
+        moving = None if converged or loose else self.moving
+        return replace(end, loose=loose, collapse=collapse, held_back=held_back, leaves=leaves, moving=moving)
 
     def end_at(
         self, name: str, present: BoolArray, equations: Equations, at: Iterate, loads: FloatArray, converged: bool
@@ -235,20 +249,32 @@ class StageRun:
         return equations, at, converged
 
     def _reached(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium, sought at once and, where that fails, in parts of the unbalanced force."""
+        """Return equilibrium, sought at once, then in parts of the unbalanced force, then after motion to rest."""
         u = self.state.u
-        first = self._settled(equations, present)
-        if first[2] or self._loose(*first[:2], present):
+        first = equations, equations.at(u, equations.free.none), False
+        if not self._loose(*first[:2], present):
+            first = self._settled(equations, present)
+        if first[2]:
             return first
-        out_of_balance = equations.at(u, equations.free.none).residual
-        self.state.u, now = u, equations
-        for part in range(1, PARTS + 1):
-            held_back = (1 - part / PARTS) * out_of_balance
-            now, at, converged = self._settled(replace(now, load=equations.load - held_back), present)
-            if not converged:
-                return first
-            self.state.u = at.u
-        return now, at, True
+        if not self._loose(*first[:2], present):
+            self.state.u = u
+            out_of_balance, now = equations.at(u, equations.free.none).residual, equations
+            for part in range(1, PARTS + 1):
+                held_back = (1 - part / PARTS) * out_of_balance
+                now, at, converged = self._settled(replace(now, load=equations.load - held_back), present)
+                if not converged:
+                    break
+                self.state.u = at.u
+            else:
+                return now, at, True
+        self.state.u = u
+        rest = None if equations.large is None else follow(self, equations, present)
+        if rest is None:
+            return first
+        if rest[1].size:
+            self.moving = rest[1]
+            return first
+        return self._settled(rest[0], present)
 
     def _settled(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium once no more points of joints fail or wear, and the equations with the kept part of it.
@@ -265,8 +291,9 @@ class StageRun:
             joints = equations.joints
             if not converged:
                 break
-            if (further := slid_on(equations, at.u, present)) is not None:
+            if (further := slid_on(equations, at.u, present, self.state.u)) is not None:
                 self.state.u, equations = at.u, further
+                start = _begun(start, further)
                 at = equations.at(at.u, equations.free.none)
                 if self._loose(equations, at, present):
                     return equations, at, False

@@ -252,6 +252,11 @@ def contacts_of(end: StageEnd, *, with_rock: bool = False) -> ContactForces:
     )
 
 
+def met_rows(end: StageEnd) -> int:
+    """Return how many rows of `contacts_of`, the last ones, are where blocks met later."""
+    return int(end.present[end.joints.met.block].all(axis=1).sum()) if isinstance(end.joints, MovingPoints) else 0
+
+
 def _status(state: JointState) -> IntArray:
     status: IntArray = np.where(
         ~state.closed,

@@ -20,7 +20,6 @@ from bsm_mesh.solve.zones import departures
 from bsm_mesh.solve.zones.apart import Apart
 from bsm_mesh.solve.zones.elasticity import BlockElasticity
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
-from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.fields import block_averages
 from bsm_mesh.solve.zones.interfaces import open_joints
 from bsm_mesh.solve.zones.joint_points import JointPoints
@@ -30,6 +29,7 @@ from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.stage_run import StageRun
 from bsm_mesh.solve.zones.stage_solution import stage_solution
 from bsm_mesh.solve.zones.system import refuse_loose
+from bsm_mesh.solve.zones.zone_faces import ZoneFaces
 
 
 class Continuum:
@@ -77,12 +77,12 @@ class Continuum:
         self.joints: JointPoints | None = None
         self.facets = np.zeros((0, 2), dtype=np.int32)
         self.ties = np.zeros((2, 0), dtype=np.int32)
-        self.chains: FaceChains | None = None
-        if interfaces is not None and interfaces.joint.size:
-            if discretization.large:
-                self.chains = FaceChains.of(whole, self.mesh, discretization.order)
-                interfaces = self.chains.with_ends_covered(interfaces)
-            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order, self.chains)
+        faces: ZoneFaces | None = None
+        if interfaces is not None and discretization.large:
+            faces = ZoneFaces.of(model, whole, self.mesh, discretization.order)
+            interfaces = faces.chains.with_ends_covered(interfaces)
+        if interfaces is not None and (interfaces.joint.size or faces is not None):
+            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order, faces)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
         self.apart = None if mesh is None else Apart.of(model, whole, interfaces, self.basis, discretization)

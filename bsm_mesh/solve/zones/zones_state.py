@@ -15,7 +15,8 @@ from bsm_mesh.solve.zones.fills import Fill
 from bsm_mesh.solve.zones.ground import PoreWater
 from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints
-from bsm_mesh.solve.zones.moving_points import MovingPoints, Places
+from bsm_mesh.solve.zones.met_points import with_met
+from bsm_mesh.solve.zones.moving_points import Met, MovingPoints, Places
 
 
 @dataclass(eq=False, slots=True)
@@ -46,7 +47,7 @@ class ZonesState:
         self.u, self.origin, self.history = memory.u, memory.origin, memory.history
         self.bolts = None if self.bolts is None or memory.bolts is None else self.bolts.recalled(memory.bolts)
         if isinstance(self.joints, MovingPoints) and memory.places is not None:
-            self.joints = self.joints.facing(memory.places)
+            self.joints = with_met(self.joints, memory.met).facing(memory.places)
         self.pressures, self.relief = memory.pressures, memory.relief
         self.unreleased, self.fills = list(memory.unreleased), memory.fills
 
@@ -63,6 +64,8 @@ class ZonesMemory:
         Of the joints.
     places : Places or None
         Of joints that slide in large displacement.
+    met : Met
+        Points where faces came upon other blocks.
     bolts : BoltMemory or None
         Of the bolts.
     pressures : float64 [N/m]
@@ -81,6 +84,7 @@ class ZonesMemory:
     origin: FloatArray
     history: JointHistory | None
     places: Places | None
+    met: Met
     bolts: BoltMemory | None
     pressures: FloatArray
     relief: FloatArray
@@ -96,6 +100,7 @@ class ZonesMemory:
             origin=state.origin,
             history=state.history,
             places=state.joints.places if isinstance(state.joints, MovingPoints) else None,
+            met=state.joints.met if isinstance(state.joints, MovingPoints) else Met.none(),
             bolts=None if state.bolts is None else BoltMemory.of(state.bolts.bolts),
             pressures=state.pressures,
             relief=state.relief,

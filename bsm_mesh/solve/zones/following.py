@@ -1,0 +1,100 @@
+"""Motion of blocks with zones in large displacement, where no equilibrium is near: to rest, or until blocks fall.
+
+Blocks move as in a shaken stage, over a base at rest. Impacts are damped critically, as those of rigid blocks.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.movements import distances
+from bsm_mesh.solve.motion.following import DAMPED, FREE
+from bsm_mesh.solve.zones.equilibrium import Equations
+from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
+from bsm_mesh.solve.zones.rock_in_motion import MovingRock
+from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
+from bsm_mesh.solve.zones.shaking_run import LONGEST, PARTS, go_on
+from bsm_mesh.solve.zones.stage_solution import movement
+
+if TYPE_CHECKING:
+    from bsm_mesh.solve.zones.stage_run import StageRun
+    from bsm_mesh.solve.zones.stages import Continuum
+
+STILL = Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=1.0, contact_damping=1.0)
+FALLS = 0.1  # of a block's size: a block that no contact holds falls, as rigid ones do
+RUNS = 3.0  # sizes by which a block moves that runs away, as rigid ones
+NEAR = 1e-3  # of a block's size: blocks that move less in `PARTS` windows begin to move, or swing about rest
+STIFFEST = 100.0  # times a joint's stiffness and a block's size: stiffer rock takes more cycles to the same rest
+
+
+def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equations, IntArray] | None:
+    """Return the equations at rest and no blocks, or the given equations and the blocks (k,) that fall.
+
+    At rest the displacements of the run are changed too. None: supports hold blocks by their mean, or blocks do not
+    reach rest.
+    """
+    of, u = run.of, run.state.u
+    try:
+        motion = _in_motion(run, equations, present)
+    except ModelError:
+        return None
+    size, start = np.sqrt(of.model.blocks.moments.area), movement(of, u)
+    size = np.maximum(size, size.mean())
+    recent, held = deque([start], PARTS), start
+    last, gone = 0.0, np.zeros_like(present)
+    while motion.memory.cycles < LONGEST and not motion.diverged and not gone.any():
+        go_on(motion)
+        here = movement(of, motion.at.u)
+        held = np.where(_held(of, motion)[:, None], here, held)
+        gone = (distances(here - start) > RUNS * size) | (distances(here - held) > FALLS * size)
+        gone &= present
+        is_near = (distances(here - recent[0]) < NEAR * size)[present].all()
+        recent.append(here)
+        motion.damping = (DAMPED if is_near else FREE).damping
+        before, last = last, motion.kinetic
+        if is_near and last <= min(before, SINGLE * motion.stored):
+            run.state.u = motion.at.u
+            moved = motion.equations
+            return replace(equations, joints=moved.joints, history=moved.history), np.zeros(0, np.int32)
+    if gone.any():
+        return equations, np.flatnonzero(gone).astype(np.int32)
+    return None
+
+
+def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> ShakenZones:
+    """Return the blocks at the begin, in rock that is no stiffer than it has to be: equilibrium is found as it is."""
+    large, joints = equations.large, run.of.model.joints
+    assert large is not None
+    stiffest = STIFFEST * equations.size * max((joint.contact_stiffness[0] for joint in joints), default=np.inf)
+    part = np.minimum(1.0, stiffest / run.stiffness.max(axis=(1, 2)))
+    stiffness = run.stiffness * part[:, None, None]
+    softer = replace(equations, large=replace(large, rock=replace(large.rock, stiffness=stiffness)))
+    rock = MovingRock(run.of, stiffness, present, softer, softer.load)
+    quiet = quiet_nodes(run.of, stiffness, STILL, np.zeros(2), present)
+    motion = ShakenZones(rock, softer, run.state.u, STILL, present, quiet)
+    motion.is_over = True
+    return motion
+
+
+def _held(of: Continuum, motion: ShakenZones) -> BoolArray:
+    """Return which blocks are connected to a support by closed points and rock, (n,)."""
+    joints, state, free = motion.equations.joints, motion.at.state, motion.equations.free
+    dofs, block, count = of.basis.element_dofs, of.mesh.block, of.model.blocks.count
+    assert joints is not None
+    assert state is not None
+    # Blocks, then unknowns: cells tie both.
+    one, other = joints.block[state.closed].T
+    pairs = np.concatenate([np.tile(block, len(dofs)), one]), np.concatenate([count + dofs.ravel(), other])
+    size = count + of.basis.N
+    graph = coo_matrix((np.ones(len(pairs[0]), np.int8), pairs), shape=(size, size))
+    part = connected_components(graph, directed=False)[1]
+    return np.isin(part[:count], part[count + np.flatnonzero(free.supports.held)])

@@ -1,0 +1,109 @@
+"""Blocks with zones that meet where they touched nothing before: statics, rest after a fall, and rigid blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.model.options import Options
+from bsm_mesh.solve.stages.scheme import Watchers
+from bsm_mesh.solve.zones.scheme import ZoneStages
+from tests.scenes import meeting_zones as scenes
+from tests.scenes.shapes import rectangle
+
+SOFT = {"young": 1e10, "size": 0.5}
+
+
+def solved(model):
+    """Return results at rest, whose certificate holds."""
+    results = bsm.run(model)
+    assert results.status == "stable", results.stages[-1].reason
+    assert results.check().ok
+    return results
+
+
+@pytest.mark.parametrize(("load", "rtol"), [(2e3, 0), (1e4, 1e-2), pytest.param(3e4, 1e-2, marks=pytest.mark.heavy)])
+def test_a_gap_between_two_beams_closes_under_load(load, rtol):
+    """Shear and the height of the beams, L / 10, add the rest."""
+    found = scenes.force_between(solved(scenes.beams(load)))
+    assert_allclose(found, scenes.beams_exact(load), rtol=rtol)
+
+
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.heavy)])
+def test_a_block_falls_onto_a_floor_and_rests(order):
+    stage = solved(scenes.dropped(order=order, **SOFT)).stages[0]
+    contacts = stage.contacts
+    assert_allclose(np.abs(contacts.force[:, 1]).sum(), scenes.WEIGHT, rtol=1e-6)
+    assert_allclose(contacts.length[np.abs(contacts.normal_force) > 0].sum(), 1.0, rtol=1e-2)
+    assert_allclose(stage.displacement[1, 1], -0.02, atol=1e-4)
+
+
+@pytest.mark.heavy
+def test_a_block_that_falls_far_is_unstable_as_a_rigid_one():
+    """By a tenth of its size, without a contact."""
+    model = scenes.dropped(1.0, **SOFT)
+    stage = bsm.run(model).stages[0]
+    assert (stage.status, list(stage.unstable_blocks)) == ("unstable", [1])
+    assert bsm.run(scenes.rigid(model)).status == "unstable"
+
+
+@pytest.mark.parametrize("degrees", [0.0, pytest.param(37.0, marks=pytest.mark.heavy)])
+def test_a_column_leans_on_a_wall_by_statics(degrees):
+    found, exact = scenes.leaning_force(solved(scenes.leaning(degrees, gap=0.004, **SOFT)), degrees)
+    assert_allclose(found, exact, rtol=1e-6)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("seed", [1, 3, 7])
+def test_stiff_blocks_in_a_row_come_to_rest_where_rigid_ones_do(seed):
+    """Without friction there is one place of rest."""
+    model = scenes.row(seed, smooth=True)
+    zones, rigid = (solved(each).stages[0].displacement for each in (model, scenes.rigid(model)))
+    assert_allclose(zones, rigid, atol=1e-3 * np.abs(rigid).max())
+
+
+@pytest.mark.heavy
+def test_a_block_that_is_shaken_meets_a_wall():
+    """The base moves back under it, by more than the gap. Further on, the wall's face takes part in the balance."""
+    polygons = [rectangle(-1, -1, 3, 0), rectangle(1.205, 0, 2, 1), rectangle(0.2, 0, 1.2, 1)]
+    pulse = bsm.Shaking(waveform="pulse", frequency=1.0, cycles=0.1, amplitude=-8.0, duration=0.3, contact_damping=0.5)
+    model = scenes.meeting(polygons, held=(0, 1), friction=20.0, stages=[bsm.Stage(name="push", shaking=pulse)], **SOFT)
+    stage = solved(model).stages[-1]
+    assert 0.0 < stage.stage_displacement[2, 0] < 0.0055
+    assert stage.shaking.peak_velocity[2] > 0.1
+
+
+def met(model):
+    """Return the stages of a model after the first, in which blocks meet."""
+    stages = ZoneStages(model, Options(), Watchers(lambda *_: None, lambda _: (), lambda *_: None, lambda _: ()))
+    stages.solution(0, None, None)()
+    return stages
+
+
+def test_the_tangent_is_the_derivative_of_the_forces():
+    run = met(scenes.dropped(0.005, **SOFT))._run
+    present = run.of.presence[0]
+    equations = run.equations(present, run.loads_on(present))
+    assert len(equations.joints.met.corner)
+    u, step = run.state.u, 1e-6
+    at = equations.at(u, equations.free.none)
+    K = equations.tangent(at, 0.0).toarray()
+    rows = np.flatnonzero(np.abs(K[:, equations.free.free.searchsorted(equations.joints.unknown[-1, 0])]) > 0)
+    assert rows.size
+    free = equations.free.free
+    for k in rows[:8]:
+        d = np.zeros_like(u)
+        d[free[k]] = step
+        up, down = (equations.at(v, equations.free.none).left for v in (u + d, u - d))
+        assert_allclose((down - up) / (2 * step), K[:, k], atol=1e-8 * np.abs(K).max())
+
+
+def test_a_run_goes_on_from_its_memory_with_the_points_that_met():
+    run = met(scenes.dropped(0.005, **SOFT))._run
+    joints, other = run.state.joints, type(run)(run.of, run.stiffness)
+    assert len(joints.met.corner)
+    other.recall(run.memory, 0)
+    assert_allclose(other.state.joints.placed(run.state.u), joints.placed(run.state.u), rtol=0)
+    assert_allclose(other.state.joints.normal_stiffness, joints.normal_stiffness, rtol=0)
