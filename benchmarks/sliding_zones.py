@@ -2,6 +2,7 @@
 
 A block of random width and zones is pushed along a base of one or two blocks, over nodes or over the end, some by
 little. Each setting is changed by itself. Forces are compared with those of places found anew at every equilibrium.
+Rows of blocks with gaps show the settings of blocks that meet.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import dataclass
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -16,9 +18,11 @@ import numpy as np
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.zones import moving_points
+from bsm_mesh.solve.zones import following, moving_points, shaken_zones
 from examples.numbers.pages import markdown
 from tests.scenes.large_zones import FRICTION, forces_below, pushed
+from tests.scenes.meeting_zones import rigid as without_zones
+from tests.scenes.meeting_zones import row as row_of_blocks
 
 COMMAND = "python -m benchmarks.sliding_zones"
 SEED = 6161
@@ -31,6 +35,13 @@ CHANGES = (
     ("OVER", 0.01),
     ("OVER", 0.03),
     ("OVER", 0.3),
+)
+MEETING = (
+    (shaken_zones, "BAND", shaken_zones.BAND),
+    (shaken_zones, "BAND", 0.005),
+    (shaken_zones, "BAND", 0.08),
+    (following, "STIFFEST", 30.0),
+    (following, "STIFFEST", 300.0),
 )
 
 
@@ -86,6 +97,34 @@ def row(members: list[Member], anew: list[FloatArray | None], change: tuple[str,
     return f"`{name}` = {value:g}{usual}", str(sum(rests)), *numbers
 
 
+def meeting_row(models: list[bsm.Model], rigid: list[bsm.Results], change: tuple[Any, str, float]) -> tuple[str, ...]:
+    """Return the row of a setting of blocks that meet."""
+    module, name, value = change
+    begun = time.process_time()
+    with patch.object(module, name, value):
+        results = [bsm.run(model) for model in models]
+    seconds = time.process_time() - begun
+    same = sum(one.status == other.status for one, other in zip(results, rigid, strict=True))
+    usual = " (as it is)" if value == getattr(module, name) else ""
+    moved = ([each.stages[0].displacement for each in both] for both in zip(results, rigid, strict=True))
+    off = [float(np.abs(one - other).max() / np.abs(other).max()) for one, other in moved]
+    smooth = [each for each, model in zip(off, models, strict=True) if not model.joints[0].law.friction]
+    return f"`{name}` = {value:g}{usual}", str(same), f"{max(smooth, default=np.nan):.1e}", f"{seconds:.0f}"
+
+
+def meetings(count: int) -> str:
+    """Return the table of the settings of blocks that meet, over rows of blocks with and without friction."""
+    models = [row_of_blocks(seed, smooth=smooth) for smooth in (True, False) for seed in range(count // 2)]
+    rigid = [bsm.run(without_zones(model)) for model in models]
+    header = (
+        "setting",
+        f"verdicts of rigid blocks, of {len(models)}",
+        "without friction: greatest difference over the greatest movement",
+        "processor time, s",
+    )
+    return markdown(header, [meeting_row(models, rigid, change) for change in MEETING])
+
+
 def main() -> None:
     """Make the table, and print it or put it into a page."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
@@ -107,7 +146,7 @@ def main() -> None:
         "shear off N tan(friction)",
         "processor time, s",
     )
-    tell(markdown(header, rows), COMMAND, given.into)
+    tell(f"{markdown(header, rows)}\n\n{meetings(given.members)}", COMMAND, given.into)
 
 
 if __name__ == "__main__":

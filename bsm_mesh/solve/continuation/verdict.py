@@ -15,33 +15,8 @@ from bsm_mesh.movements import distances
 from bsm_mesh.results.movement import moved_beyond
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.continuation.state import CollapseMemory
+from bsm_mesh.solve.motion.falling import SETTINGS
 from bsm_mesh.solve.step.system import Contacts, System
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CollapseSettings:
-    """The criterion of collapse.
-
-    Attributes
-    ----------
-    free_move : float
-        Movement of a block without contact, over its size or the mean one, the larger, at which it is unstable. In one
-        step a block may jump.
-    runs : float
-        Sizes by which a block moved that is no slower than a size before: it runs on.
-    moves : float
-        Part of the largest movement since the last equilibrium; blocks that moved further are named unstable.
-    inside : float
-        Part of its area (in space: volume) with which a block lies inside others when its contacts are no longer found.
-    """
-
-    free_move: float = 0.1
-    runs: float = 3.0
-    moves: float = 0.25
-    inside: float = 0.05
-
-
-SETTINGS = CollapseSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

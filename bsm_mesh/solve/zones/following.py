@@ -14,9 +14,11 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
+from bsm_mesh.solve.motion.falling import SETTINGS as COLLAPSE
 from bsm_mesh.solve.motion.following import DAMPED, FREE
 from bsm_mesh.solve.zones.equilibrium import Equations
 from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
@@ -30,9 +32,6 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
 
 STILL = Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=1.0, contact_damping=1.0)
-FALLS = 0.1  # of a block's size: a block that no contact holds falls, as rigid ones do
-RUNS = 3.0  # sizes by which a block moves that runs away, as rigid ones
-NEAR = 1e-3  # of a block's size: blocks that move less in `PARTS` windows begin to move, or swing about rest
 STIFFEST = 100.0  # times a joint's stiffness and a block's size: stiffer rock takes more cycles to the same rest
 
 
@@ -55,9 +54,9 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         go_on(motion)
         here = movement(of, motion.at.u)
         held = np.where(_held(of, motion)[:, None], here, held)
-        gone = (distances(here - start) > RUNS * size) | (distances(here - held) > FALLS * size)
+        gone = (distances(here - start) > COLLAPSE.runs * size) | (distances(here - held) > COLLAPSE.free_move * size)
         gone &= present
-        is_near = (distances(here - recent[0]) < NEAR * size)[present].all()
+        is_near = (distances(here - recent[0]) < CONTACT_TOLERANCE * size)[present].all()
         recent.append(here)
         motion.damping = (DAMPED if is_near else FREE).damping
         before, last = last, motion.kinetic

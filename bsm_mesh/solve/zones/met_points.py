@@ -19,12 +19,10 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ActiveContacts, Candidates, key_of
 from bsm_mesh.model.face_stiffness import joints_of_edges
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
-from bsm_mesh.solve.zones.moving_points import Met, MovingPoints, Places
+from bsm_mesh.solve.zones.moving_points import SLID, Met, MovingPoints, Places
 from bsm_mesh.solve.zones.placed_points import springs_of
 from bsm_mesh.solve.zones.rock_faces import number_between, whole_rock
 from bsm_mesh.solve.zones.zone_faces import ZoneFaces
-
-CHANGED = 1e-3  # of a length: a smaller change changes no force by more
 
 
 class Meetings(NamedTuple):
@@ -112,7 +110,7 @@ def met(
     rows = np.flatnonzero(closed & ~np.isin(np.arange(len(closed)), found.known[again]))  # hidden, and closed
     before = _taken(old.length, found.known)
     length = np.where(same & moves, before, found.length)
-    changed = ~same | (np.abs(length - before) > CHANGED * before)
+    changed = ~same | (np.abs(length - before) > SLID * before)
     if not changed.any() and (not moves or len(rows) + same.sum() == len(old.corner)) and not joints.over[count:].any():
         return None
     blocks = np.stack([joints.faces.block[found.edge], joints.faces.block[found.corner]], axis=1)

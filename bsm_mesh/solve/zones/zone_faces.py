@@ -17,8 +17,8 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
 
-DEEPEST = 0.1  # of a block's size: a correction may bring blocks so far into each other before they are looked at
-ZONE_RULES = RULES._replace(flat=RULES.parallel, new_penetration=DEEPEST)  # faces bend: up to 6 degrees is no corner
+# Faces bend: up to 6 degrees is no corner. A correction may bring blocks far into each other before the search.
+ZONE_RULES = RULES._replace(flat=RULES.parallel, new_penetration=RULES.max_penetration)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
