@@ -109,7 +109,7 @@ def add_name(
     across: float = 0.0,
     leftwards: float = 0.7,
 ) -> None:
-    """Write a name near a point within the picture, where it hides no other name, ring or line to a name.
+    """Write a name near a point within the picture, where it hides no other name, ring, line to a name, or title.
 
     Parameters
     ----------
@@ -120,7 +120,8 @@ def add_name(
     text, colour : str
         The name, and the colour of its frame.
     places : sequence of (right, up)
-        Of a name from its point, in points; the first at which it meets no other is taken, or the last.
+        Of a name from its point, in points; the first within the frame at which it meets no other is taken, then
+        the first outside, or the last.
     across : float [m]
         Diameter of a ring round the point; 0: none.
     leftwards : float
@@ -138,7 +139,9 @@ def add_name(
         sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=colour, linewidth=2.0, zorder=5))
     side, up = (-1 if part[0] > leftwards else 1), (-1 if part[1] > 0.75 else 1)
     edge = at + across / 2 * np.array([0.7 * side, 0.7 * up])
-    for right, above in places:
+    sheet.axes.apply_aspect()  # the frame is as large as the picture leaves it
+    frame = sheet.axes.get_window_extent()
+    for within, (right, above) in [(True, place) for place in places] + [(False, place) for place in places]:
         name = sheet.axes.annotate(
             text,
             xy=tuple(edge),
@@ -154,11 +157,14 @@ def add_name(
             arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2},
         )
         name.get_window_extent()  # puts it where it belongs
-        box = Text.get_window_extent(name).padded(NAME_MARGIN)
+        framed = Text.get_window_extent(name)
+        box = framed.padded(NAME_MARGIN)
         start, end = sheet.axes.transData.transform(edge), np.array([(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2])
         line = [start + along * (end - start) for along in np.linspace(0.0, 1.0, LEADER_POINTS)]
         mine = [box, *(Bbox([point, point]).padded(1) for point in line)]
-        if not any(new.overlaps(old) for new in mine for old in sheet.names) or (right, above) == places[-1]:
+        outside = framed.y0 < frame.y0 or framed.y1 > frame.y1  # over a title or labels of an axis
+        is_free = not any(new.overlaps(old) for new in mine for old in sheet.names) and not (within and outside)
+        if is_free or (not within and (right, above) == places[-1]):
             ring = Bbox(sheet.axes.transData.transform([at - across / 2, at + across / 2]))
             sheet.names += [*mine, ring]
             return

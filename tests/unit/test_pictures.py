@@ -273,6 +273,20 @@ def test_a_name_hides_neither_the_ring_of_another_nor_the_line_to_it(at: tuple[f
     assert not hidden.count_contains(first.arrow_patch.get_path().interpolated(20).vertices)
 
 
+@pytest.mark.parametrize("y", [-1.0, 1.2, 2.5])
+def test_a_name_lies_within_the_frame_of_a_flat_model(y: float) -> None:
+    """Above it the name would hide the title, below it the labels of the axis."""
+    model = model_of([rectangle(-40, -3, 40, 0), rectangle(-3, 0, -1, 2.5)], friction=30.0)
+    sheet = new_sheet(Scene(results=bsm.run(model), number=0, title=""), paper((8.0, 3.0)))
+    add_name(sheet, np.array([-2.0, y]), "blocks 1, 2\n8 m2, 200 kN/m", FALLS, NAME_PLACES, across=3.0)
+    sheet.figure.canvas.draw()
+    frame = sheet.axes.get_window_extent()
+    (name,) = sheet.axes.texts
+    box = name.get_bbox_patch().get_window_extent()
+    assert frame.y0 - 5 <= box.y0  # pixels: of the frame round the text
+    assert box.y1 <= frame.y1 + 5
+
+
 def test_a_title_that_is_too_wide_is_broken_within_the_picture() -> None:
     figure = paper((4.0, 3.0))
     entitle(figure, "factor of safety 1.208: " * 6)
