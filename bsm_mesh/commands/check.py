@@ -128,7 +128,8 @@ def check_model(
     for change in changes:
         say(f"repair: {change}")
     if repair is not None:
-        say(f'written: {repair.file}; to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
+        say(f"written: {repair.file}: the repaired blocks as a mesh (VTU), a cell each; the model file is as it was")
+        say(f'to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
 
 
 def _refuse_of_the_plane(picture: Path | None, settings: Sequence[str], repair: Repair | None) -> None:

@@ -99,7 +99,7 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 @json_option
 @click.option("--picture", type=PATH, help="PNG of the blocks, the poor ones in colour.")
 @click.option("--threshold", "settings", multiple=True, metavar="NAME=VALUE", help="Where trouble begins; repeatable.")
-@click.option("--repair", type=PATH, help="Merge slivers; write the blocks to this VTU file.")
+@click.option("--repair", type=PATH, metavar="NAME.vtu", help="Merge slivers; write the blocks there, a mesh (VTU).")
 @click.option("--snap", type=float, default=0.0, metavar="METRES", help="With --repair: join corners nearer than this.")
 @click.option("--across-joints", is_flag=True, help="With --repair: give up joints round slivers.")
 @quiet_option
@@ -227,17 +227,20 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
 @click.option("--bolts", is_flag=True, help="With --strength: divide the limits of bolt forces too.")
 @click.option("-o", "--output", type=PATH, help="Folder for limit.vtu; the model's by default.")
 @json_option
+@quiet_option
 @no_scripts_option
-def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
+def limit(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scripts: bool, **asked: Any) -> None:
     """Ask statics alone whether a stage of MODEL can be at rest, its blocks where they were given.
 
     A linear program over the contact forces, in space a conic one, without stiffness or movement. "Inadmissible"
     proves that the blocks must move; "admissible" proves nothing. With --load or --tilt it finds the greatest factor or
     angle; with --strength the factor beyond which the blocks must move: an upper bound of every factor of safety.
     """
+    start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.limit import analyse_limit
 
-    analyse_limit(model, output, as_json=as_json, scripts=not no_scripts, **asked)
+    progress = Progress(quiet=quiet or as_json)
+    analyse_limit(model, output, progress, as_json=as_json, scripts=not no_scripts, **asked)
 
 
 @cli.command("key-blocks")

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from bsm_mesh.commands.cli_options import PATH, json_option
+from bsm_mesh.commands.cli_options import PATH, json_option, quiet_option
 from bsm_mesh.text.progress import reading
 from bsm_mesh.text.terminal import say
 
@@ -39,6 +39,7 @@ from bsm_mesh.text.terminal import say
 )
 @click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
 @click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
+@quiet_option
 def plot(
     out: Path,
     stage: str | None,
@@ -48,6 +49,7 @@ def plot(
     beside: tuple[str, ...],
     animate: bool,
     step: int | None,
+    quiet: bool,
 ) -> None:
     """Draw PNG pictures of the results in OUT, of every stage.
 
@@ -56,7 +58,7 @@ def plot(
 
     --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
     """
-    with reading(out) as progress:
+    with reading(out, quiet=quiet) as progress:
         from bsm_mesh.pictures.beside import named_source
         from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
 
@@ -77,7 +79,8 @@ def plot(
 @click.option(
     "--safety", type=PATH, metavar="FOLDER", help="Factor of safety on the first page; by default OUT-safety."
 )
-def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> None:
+@quiet_option
+def report(out: Path, no_pictures: bool, safety: Path | None, quiet: bool, **fields: Any) -> None:
     """Write OUT as one page, OUT/report.html, to be filed or printed: a run, a factor of safety, key blocks or a study.
 
     The page of a run shows verdicts with their grounds, displacement and slip, pictures, input, quality of the blocks,
@@ -85,7 +88,7 @@ def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> 
     of the same model are on the first page (OUT-safety, OUT-safety-STAGE). So are limits of its keys (OUT-limit-KEY)
     and its key blocks (OUT-key-blocks). The page needs no other file.
     """
-    with reading(out) as progress:
+    with reading(out, quiet=quiet) as progress:
         from bsm_mesh.pages.report import ReportFields, write_report
 
         notes: list[str] = []
@@ -100,14 +103,15 @@ def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> 
 
 @click.command()
 @click.argument("out", type=PATH)
-def view(out: Path) -> None:
+@quiet_option
+def view(out: Path, quiet: bool) -> None:
     """Write the results in OUT as a page to explore, OUT/view.html.
 
     Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
     click shows numbers. The page needs no other file and no network. It takes Bokeh, for polyhedra Plotly too: pip
     install bokeh plotly.
     """
-    with reading(out):
+    with reading(out, quiet=quiet):
         from bsm_mesh.pages.view import write_view
 
         path = write_view(out)
@@ -116,12 +120,13 @@ def view(out: Path) -> None:
 
 @click.command()
 @click.argument("out", type=PATH)
-def paraview(out: Path) -> None:
+@quiet_option
+def paraview(out: Path, quiet: bool) -> None:
     """Write a script that opens the results in OUT in ParaView, OUT/in_paraview.py.
 
     Coloured, moved, with the stages named: paraview --script=OUT/in_paraview.py, or File > Load State.
     """
-    with reading(out):
+    with reading(out, quiet=quiet):
         from bsm_mesh.pages.paraview import write_paraview
 
         path = write_paraview(out)
@@ -149,14 +154,15 @@ def liner(out: Path, as_json: bool, **asked: Any) -> None:
 @click.command()
 @click.argument("out", type=PATH)
 @json_option
-def verify(out: Path, as_json: bool) -> None:
+@quiet_option
+def verify(out: Path, as_json: bool, quiet: bool) -> None:
     """Check from the files in OUT alone the ground of every verdict.
 
     At rest: forces that balance, within strength, without overlap, with no direction in which blocks fall. Unstable:
     a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does
     not hold.
     """
-    with reading(out, quiet=as_json):
+    with reading(out, quiet=quiet or as_json):
         from bsm_mesh.folder.verify import grounds_in, print_grounds
 
         grounds = grounds_in(out)

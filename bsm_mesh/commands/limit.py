@@ -15,6 +15,7 @@ from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.residual import residual_note
 from bsm_mesh.modelfile.build import LoadedModel, load_model_file
 from bsm_mesh.solve.limit_analysis import LimitAnalysis, StrengthLimit, limit_analysis, limit_tilt, strength_limit
+from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.three_d.limit.of_model import SpaceLimit
@@ -23,6 +24,7 @@ from bsm_mesh.three_d.limit.of_model import SpaceLimit
 def analyse_limit(
     path: Path,
     output: Path | None,
+    progress: Progress,
     *,
     stage: str | None,
     numbers: tuple[int, ...],
@@ -39,18 +41,21 @@ def analyse_limit(
         raise ModelError("limit: give one of --load, --tilt and --strength")
     if not strength and (joints or bolts or rocks is not None):
         raise ModelError("limit: --joints, --rocks and --bolts say what --strength divides: give --strength too")
-    loaded = load_model_file(path, scripts=scripts, space=True)
-    added = AddedFiles(output or loaded.output_folder)
-    model = loaded.model
-    if tilt and in_space(model.blocks):
-        raise ModelError("limit: --tilt is for the plane; in space give [gravity] with its trend")
     found: LimitAnalysis | StrengthLimit | SpaceLimit
-    if strength:
-        rocks = not joints if rocks is None else rocks
-        found = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
-    else:
-        dead, live = _split(model, numbers) if numbers else (model, None)
-        found = limit_analysis(dead, live, stage=stage)
+    with progress:
+        loaded = load_model_file(path, progress.report, scripts=scripts, space=True)
+        added = AddedFiles(output or loaded.output_folder)
+        model = loaded.model
+        if tilt and in_space(model.blocks):
+            raise ModelError("limit: --tilt is for the plane; in space give [gravity] with its trend")
+        progress.report("limit analysis")
+        if strength:
+            rocks = not joints if rocks is None else rocks
+            found = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
+        else:
+            dead, live = _split(model, numbers) if numbers else (model, None)
+            found = limit_analysis(dead, live, stage=stage)
+        angle = limit_tilt(model, stage=stage, clockwise=tilt == "left") if tilt else None
     if isinstance(found, SpaceLimit):
         _tell(loaded, added, found, _space_told(found), _space_rows(found, numbers, strength), as_json)
         return
@@ -58,9 +63,9 @@ def analyse_limit(
         _tell(loaded, added, found, _strength_told(found), _strength_rows(found), as_json)
         return
     told: dict[str, Any] = {"stage": found.stage, "admissible": found.admissible, "factor": _finite(found.factor)}
-    if tilt:
-        told["tilt"] = limit_tilt(model, stage=stage, clockwise=tilt == "left")
-    _tell(loaded, added, found, told, _rows(found, numbers, told.get("tilt"), tilt), as_json)
+    if angle is not None:
+        told["tilt"] = angle
+    _tell(loaded, added, found, told, _rows(found, numbers, angle, tilt), as_json)
     if found.admissible and not as_json:
         say(_meaning(found.factor, f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads"))
     if numbers and found.admissible and found.factor < 1 and not as_json:

@@ -74,7 +74,7 @@ def ask_safety(
             good, bad = variation.ends(name, [typed(word) for word in vary[1:]])
             loaded = variation.model({})
         word = answer_word(None if vary is None else vary[0], common["stage"])
-        folder = output or folder_beside(loaded, loaded.reach, word)
+        folder = output or folder_beside(loaded, Reach(folder=path.parent, scripts=scripts), word)  # as it was given
         added = AddedFiles(folder)  # refused before anything is solved
         common |= {"options": loaded.options, "failure": failure, "report": progress.report}
         if vary is None:

@@ -28,6 +28,7 @@ from bsm_mesh.model.water import Water
 
 SIDEWAYS = 0.5  # of gravity, upwards: more than 60 degrees off is most likely another unit, or a sign
 UNBALANCED = 0.1  # of the mean unit weight: rocks of several weights have no field in equilibrium
+LEAST_FRICTION = 2.0  # degrees: clay of smectite keeps 4 to 5; a tangent or radians of a friction angle are below 1.6
 SMALLEST, GREATEST = 0.1, 2e3  # m: beyond specimens and the greatest slopes (1 km high) the unit is most likely another
 
 
@@ -150,11 +151,24 @@ def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
     return count_faces(blocks, (blocks.edge_joint < 0) & (unlimited & stays)[blocks.owner])
 
 
+def _of_small_angles(thing: str, owner: Any) -> Iterator[str]:
+    """Say which friction angles are so small that they are most likely tangents or radians."""
+    for name in ("friction", "residual_friction"):
+        angle = getattr(owner, name, None)
+        if isinstance(angle, Real) and 0 < float(angle) < LEAST_FRICTION:
+            given, of_tangent = float(angle), math.degrees(math.atan(angle))
+            yield (
+                f"{thing}: {name} = {given:g} degrees is less than that of any rock or clay. It is an angle in "
+                f"degrees: {of_tangent:.3g} if {given:g} is its tangent, {math.degrees(given):.3g} if it is in radians"
+            )
+
+
 def of_unusual_rocks(rocks: Sequence[Rock]) -> Iterator[str]:
     """Say which numbers of rocks are allowed but not usual."""
     for rock in rocks:
         yield from unusual(f"rock '{rock.name}'", rock, without=("unit_weight",) if rock.unit_weight == 0 else ())
         yield from unusual(f"rock '{rock.name}': hoek_brown", rock.hoek_brown)
+        yield from _of_small_angles(f"rock '{rock.name}'", rock)
 
 
 def of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
@@ -163,6 +177,7 @@ def of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> 
     for joint in joints:
         for part in (joint, joint.filling, joint.law):
             yield from unusual(f"joint '{joint.name}'", part)
+        yield from _of_small_angles(f"joint '{joint.name}'", joint.law)
     for bolt in model.bolts:
         yield from unusual("bolts", bolt)
     for support in model.supports:

@@ -91,7 +91,9 @@ THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1
 # Places, directions and movements.
 COORDINATE = Quantity(unit="m", least=-1e8, most=1e8, example='"2.5 m"')
 DIRECTION = Quantity(unit="degrees", least=-360, most=360, example="-90")
-GRAVITY_PART = Quantity(least=-2, most=2, usual=(-0.5, 0.5), example="0.15", why="it is a part of the unit weight")
+GRAVITY_PART = Quantity(
+    part_of="of the weight", least=-2, most=2, usual=(-0.5, 0.5), example="0.15", why="it is a part of the unit weight"
+)
 DISPLACEMENT = Quantity(unit="m", least=-1e3, most=1e3, usual=(-1, 1), example='"2 mm"')
 BLOCK = Quantity(least=0, most=2**31 - 1, whole=True, example="7")
 

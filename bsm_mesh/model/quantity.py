@@ -25,6 +25,8 @@ class Quantity:
     ----------
     unit : str
         As pint reads it; empty for a pure number.
+    part_of : str
+        Of a pure number that is a part of something: the words behind it.
     above, least, below, most : float
         The range: more than `above`, `least` or more, less than `below`, `most` or less.
     usual : pair of float, optional
@@ -46,6 +48,7 @@ class Quantity:
     """
 
     unit: str = ""
+    part_of: str = ""
     above: float = -math.inf
     least: float = -math.inf
     below: float = math.inf

@@ -166,9 +166,9 @@ class Variation:
         return quantity_in(put(copy.deepcopy(self._content), key, None))
 
     def unit(self, name: str) -> str:
-        """Return the unit of a number; empty for none."""
+        """Return the unit of a number, or the words behind a part of something; empty for none."""
         quantity = self.quantity(name)
-        return "" if quantity is None else quantity.unit
+        return "" if quantity is None else quantity.unit or quantity.part_of
 
     def ends(self, name: str, given: Sequence[float | str]) -> tuple[float, ...]:
         """Return values between which a number is looked for, in its unit.

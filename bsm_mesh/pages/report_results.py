@@ -29,6 +29,7 @@ from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import spread_text
 from bsm_mesh.text.beside_tables import HEADER as BESIDE_HEADER
 from bsm_mesh.text.beside_tables import beside_rows
+from bsm_mesh.text.bolt_tables import BOLT_HEADER, bolt_table
 from bsm_mesh.text.flow_text import flow_rows
 from bsm_mesh.text.headings import PICTURES_FOLDER, heading
 from bsm_mesh.text.quality import Thresholds, poor_blocks
@@ -69,6 +70,7 @@ def content_of(out: Path) -> dict[str, Any]:
         "heading": heading(told),
         "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
         "joint_header": joint_header(results),
+        "bolt_header": BOLT_HEADER,
         "fall_header": fall_header(results),
         "falls": fall_rows(results),
         "beside_header": BESIDE_HEADER,
@@ -114,6 +116,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
         "holds": ground is None or ground.holds,
         "rows": rows,
         "joints": joint_rows(results, stage),
+        "bolts": bolt_table(stage.bolts),
         "notes": stage.notes,
     }
 

@@ -272,7 +272,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"joint {name}", f"{length:.4g} m") for name, length in report["joint_lengths"].items()]
     rows += [("unjointed rock", f"{report['unjointed_length']:.4g} m")]
     rows += [(f"dangling {name}", counted(count, "piece")) for name, count in report["dangling_joints"].items()]
-    rows += part_rows(report, "edge")
+    rows += part_rows(report, "block edge")
     if report["bolts"]:
         alone = f", {report['bolts_in_one_block']} of them in a single block, without effect"
         rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]

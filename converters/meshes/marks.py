@@ -116,7 +116,7 @@ def mark(blocks: Blocks, marks: Marks, cells: MeshCells, block_of: LongArray) ->
             faults.append(f"boundary '{name}': {place.said}: no edge {where} lies there; {_extent(blocks)}")
         elif left_out.size:
             text = (
-                f"boundary '{name}': {counted(left_out.size, 'edge')} along its line "
+                f"boundary '{name}': {counted(left_out.size, 'block edge')} along its line "
                 f"({places(blocks.vertices[left_out])}) not taken: rock on both sides, and no excavation on one of them"
             )
             notes.append(Note(kind=NoteKind.LOST, name=f"boundary:{name}", count=int(left_out.size), text=text))

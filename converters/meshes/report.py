@@ -125,7 +125,7 @@ class MeshReport:
 
 def _thing(group: str) -> str:
     kind = group.partition(":")[0]
-    return {"rock": "block", "excavation": "block", "bolt": "piece"}.get(kind, "edge")
+    return {"rock": "block", "excavation": "block", "bolt": "piece"}.get(kind, "block edge")
 
 
 def places(points: Sequence[FloatArray] | FloatArray, most: int = 3) -> str:

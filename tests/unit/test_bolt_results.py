@@ -13,6 +13,7 @@ import bsm_mesh as bsm
 from bsm_mesh.model.bolt_patterns import radial_bolts
 from bsm_mesh.pictures.bolt_pictures import draw_bolt_forces
 from bsm_mesh.results import BoltForces, BoltStatus
+from bsm_mesh.text.bolt_tables import BOLT_HEADER, bolt_table
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import MODEL, Case
 
@@ -42,6 +43,18 @@ def record(bolts, force, status=None):
         shear_point=np.zeros((n, 2)),
         shear_direction=np.zeros((n, 2)),
     )
+
+
+def test_the_table_has_a_row_a_bolt():
+    """Of one that is not there it has no numbers, and where none is there no rows."""
+    bolts = [bsm.Bolt(start=(x, 0), end=(x, 3), diameter=0.02, spacing=2.0) for x in (0.0, 1.0, 2.0)]
+    status = np.array([BoltStatus.ELASTIC, BoltStatus.YIELDING, BoltStatus.ABSENT])
+    rows = bolt_table(record(bolts, [50e3, 120e3, 0.0], status))
+    assert all(len(row) == len(BOLT_HEADER) for row in rows)
+    assert rows[0] == ("B0", "elastic", "50 kN", "0", "50 kN", "25 kPa")
+    assert rows[1][:3] == ("B1", "yielding", "120 kN")
+    assert rows[2] == ("B2", "absent", "-", "-", "-", "-")
+    assert bolt_table(record(bolts, [0.0] * 3, np.full(3, BoltStatus.ABSENT))) == []
 
 
 def test_support_pressure_of_a_row():
@@ -102,6 +115,10 @@ def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     assert [bolt["status"] for bolt in told] == ["slipping", "slack"]
     assert told[0]["utilisation"] == pytest.approx(1.0)
     assert told[0]["support_pressure"] is None
+    assert case.run("report", "out/model", "--no-pictures", "-q").code == 0
+    page = (case.folder / "out/model/report.html").read_text(encoding="utf-8")
+    assert "<summary>Bolts: 2</summary>" in page
+    assert "<td>weak</td><td>slipping</td>" in page
 
 
 @pytest.mark.heavy

@@ -154,7 +154,14 @@ def test_check_tells_what_is_in_the_model(case: Case) -> None:
     outcome = case.run("check", "model.toml")
     assert outcome.code == 0
     assert outcome.new == []
-    words = ("the model is valid", "rock:gneiss: 4 blocks", "joint:J1: 4 edges", "boundary:top: 2 edges", "104 kN/m")
+    words = (
+        "the model is valid",
+        "rock:gneiss: 4 blocks",
+        "joint:J1: 4 block edges",
+        "boundary:top: 2 block edges",
+        "boundary top",
+        "104 kN/m",
+    )
     assert all(word in outcome.out for word in words)
 
 
@@ -380,3 +387,12 @@ def test_demo(case: Case) -> None:
     falls, stands = (Results.load(case.folder / f"bsm-mesh-demo/out/{name}") for name in ("unbolted", "model"))
     assert (falls.status, stands.status) == ("unstable", "stable")
     assert stands.check().ok
+
+
+@pytest.mark.parametrize("words", [["limit", "model.toml"], ["paraview", "out/model"], ["verify", "out/model"]])
+def test_quiet_commands_show_no_progress(case: Case, words: list[str]) -> None:
+    assert case.run("run", "model.toml", "-q").code == 0
+    assert any(line.startswith("[") for line in case.run(*words).err.splitlines())
+    quiet = case.run(*words, "-q")
+    assert quiet.code == 0
+    assert not any(line.startswith("[") for line in quiet.err.splitlines())

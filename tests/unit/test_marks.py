@@ -71,7 +71,7 @@ def test_edges_within_the_rock_along_a_line_are_named() -> None:
     line = np.array([(6, 5), (6, 0), (10, 0)])
     blocks, report = marked(Marks(boundaries={"toe": Place(along=line)}))
     assert len(blocks.boundaries["toe"]) == 4
-    assert ["10 edges along its line" in note.text for note in report.notes if "'toe'" in note.text] == [True]
+    assert ["10 block edges along its line" in note.text for note in report.notes if "'toe'" in note.text] == [True]
     with pytest.raises(ModelError, match="no edge of the rim or of an excavation's face lies there"):
         marked(Marks(boundaries={"face": Place(along=line[:2])}))
 

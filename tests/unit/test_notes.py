@@ -43,6 +43,15 @@ def test_an_ordinary_model_has_none() -> None:
             "rock 'rock': unit_weight = 26 N/m^3 is unusual (5000 to 50000",
         ),
         ({"rocks": [bsm.Rock("rock", unit_weight=0)]}, "rock 'rock' has no weight: unit_weight = 0"),
+        (
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=0.6))]},
+            "joint 'J': friction = 0.6 degrees is less than that of any rock or clay. It is an angle in degrees: "
+            "31 if 0.6 is its tangent, 34.4 if it is in radians",
+        ),
+        (
+            {"rocks": [bsm.Rock("rock", unit_weight=25e3, friction=0.7)]},
+            "rock 'rock': friction = 0.7 degrees is less than that of any rock or clay",
+        ),
         ({"joints": [joint(law=bsm.Patton(friction=80))]}, "joint 'J': friction = 80 degrees is unusual (0 to 70"),
         (
             {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=1e5))]},

@@ -133,6 +133,8 @@ def test_check_draws_and_mends(case: Case) -> None:
     assert outcome.code == 0
     assert set(outcome.new) >= {"q.png", "fixed.vtu"}
     assert "is merged into block" in outcome.out
+    assert "written: fixed.vtu: the repaired blocks as a mesh (VTU), a cell each" in outcome.out
+    assert 'to use it: [mesh] file = "fixed.vtu", blocks = "elements"' in outcome.out
     case.write("model.toml", model.replace("mesh.msh", "fixed.vtu"))
     report = json.loads(case.run("check", "model.toml", "--json").out)
     assert report["blocks"] < 4

@@ -137,12 +137,15 @@ def test_pictures_of_the_answer_before_do_not_stay(given, tmp_path, monkeypatch)
 
 
 @pytest.mark.heavy
-def test_each_varied_key_and_stage_has_its_own_folder(given, tmp_path):
+def test_each_varied_key_and_stage_has_its_own_folder(given, tmp_path, monkeypatch):
     model = shutil.copytree(given.parent, tmp_path / "model") / "model.toml"
     options = ["-q", "--tolerance", 0.05]
     assert asked("safety", model, *options)[0] == 0
     assert asked("safety", model, "--stage", "initial", *options)[0] == 0
-    assert asked("safety", model, "--vary", "joint.J.friction", 40, 20, *options)[0] == 0
+    monkeypatch.chdir(model.parent)
+    code, shown, *_ = asked("safety", "model.toml", "--vary", "joint.J.friction", 40, 20, *options)
+    assert code == 0
+    assert "written to limit-joint.J.friction: " in " ".join(shown.split())  # as the model was given: no whole path
     names = dict.fromkeys(("safety", "safety-initial"), "factor of safety")
     names["limit-joint.J.friction"] = "joint.J.friction"
     for name, quantity in names.items():

@@ -182,6 +182,9 @@ def test_the_kind_of_number_of_a_key(varied: Variation) -> None:
         quantity = varied.quantity(key)
         assert quantity is not None
         assert quantity.unit == unit
+    assert varied.unit("joint.J1.friction") == "degrees"
+    assert varied.unit("gravity.horizontal") == "of the weight"
+    assert varied.unit("load.1.factor") == ""
     assert varied.quantity("joint.J1.law") is None
     assert varied.quantity("mesh.parameters.seed") is None
 

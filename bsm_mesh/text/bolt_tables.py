@@ -1,0 +1,32 @@
+"""The table of bolts of a stage, a row a bolt, for the report."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.text.tables import engineering
+
+BOLT_HEADER = ("bolt", "state", "greatest force", "utilisation", "force at the head", "support pressure")
+
+
+def bolt_table(bolts: BoltForces) -> list[tuple[str, ...]]:
+    """Return the rows of `BOLT_HEADER`; forces are those of one bolt, and a bolt that is not there has none.
+
+    No rows where none is there.
+    """
+    if (bolts.status == BoltStatus.ABSENT).all():
+        return []
+    used = np.zeros(bolts.count)
+    np.maximum.at(used, bolts.bolt, bolts.utilisation)
+    greatest, head, pressure = bolts.greatest_force, bolts.head_force, bolts.support_pressure
+    rows: list[tuple[str, ...]] = []
+    for k, name in enumerate(bolts.names):
+        status = BoltStatus(int(bolts.status[k]))
+        numbers = ("-", "-", "-", "-")
+        if status != BoltStatus.ABSENT:
+            on_wall = "-" if np.isnan(pressure[k]) else engineering(float(pressure[k]), "Pa")
+            most, at_head = (engineering(float(force[k]), "N") for force in (greatest, head))
+            numbers = (most, f"{used[k]:.3g}", at_head, on_wall)
+        rows.append((name, status.name.lower(), *numbers))
+    return rows
