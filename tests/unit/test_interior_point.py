@@ -7,7 +7,9 @@ from numpy.testing import assert_allclose
 from scipy.sparse import csc_array, csr_array
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.limit.interior_point import Answer, _infeasibility, _polished, minimise, solve_conic
+from bsm_mesh.solve.limit.conic import Answer, _infeasibility, solve_conic
+from bsm_mesh.solve.limit.interior_point import minimise
+from bsm_mesh.solve.limit.multipliers import _projected, _refined
 
 EXACT = 1e-13  # over the greatest multiplier: rounding alone
 
@@ -62,9 +64,26 @@ def test_multipliers_do_not_vanish_for_want_of_a_bound():
     rows = generator.normal(size=(21, 20))
     rows[0] = -exact[1:] @ rows[1:] / exact[0]
     slack = np.where(np.arange(21) == 0, 300.0, 1e-9)
-    found = _polished(exact + generator.normal(scale=1e-8, size=21), slack, csr_array(rows.T), 0)
+    found = _projected(exact + generator.normal(scale=1e-8, size=21), slack, csr_array(rows.T), 0)
     assert_allclose(found, exact, rtol=1e-7)
     assert np.abs(rows.T @ found).max() <= EXACT
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_program_of_the_change_makes_multipliers_exact(seed):
+    """The bounds that are met are not known, as where forces are many times the loads."""
+    cost, balance, right, bounded, bound, exact = program(seed)
+    met = exact[len(right) :] > 0
+    x = np.linalg.solve(np.vstack([balance, bounded[met]]), np.concatenate([right, bound[met]]))
+    slack = np.concatenate([np.zeros(len(right)), np.maximum(bound - bounded @ x, 1e-9)])
+    off = exact + np.random.default_rng(seed).normal(scale=1e-6, size=len(exact))
+    off[len(right) :] = np.maximum(off[len(right) :], 1e-12)
+    rows = csc_array(np.vstack([balance, bounded]))
+    found = _refined(off, slack, cost, rows, len(right))
+    assert np.abs(rows.T @ off + cost).max() > 1e-6
+    assert np.abs(rows.T @ found + cost).max() <= EXACT * np.abs(exact).max()
+    assert found[len(right) :].min() >= -EXACT
+    assert_allclose(-found @ np.concatenate([right, bound]), cost @ x, rtol=1e-6)
 
 
 def on_a_plane(load):

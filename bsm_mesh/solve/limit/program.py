@@ -16,8 +16,9 @@ from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.solve.bolts.dowels import Dowels
+from bsm_mesh.solve.limit.conic import Answer
 from bsm_mesh.solve.limit.corner_contacts import with_corner_contacts
-from bsm_mesh.solve.limit.interior_point import Answer, Solution, minimise
+from bsm_mesh.solve.limit.interior_point import Solution, minimise
 from bsm_mesh.solve.limit.measure import Measure, Measured
 from bsm_mesh.solve.limit.parallel_faces import with_parallel_faces
 from bsm_mesh.solve.limit.strength import Strength
@@ -188,7 +189,7 @@ class LimitProgram:
             rounded[:-1] * here.of_force,
             *self._motion(found, here),
             found.of_bounds[:-1] / here.of_bound,
-            (lacking if solved else 1.0) / taken if taken > 0 else math.inf,
+            found.proved / taken if taken > 0 else math.copysign(math.inf, found.proved),
         )
 
     def _measured(self, loads: FloatArray, bounded: csr_array, bound: FloatArray) -> Measured:

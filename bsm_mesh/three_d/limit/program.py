@@ -11,7 +11,7 @@ from scipy.sparse import block_array, coo_array, csc_array, hstack, vstack
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError
-from bsm_mesh.solve.limit.interior_point import Answer, solve_conic
+from bsm_mesh.solve.limit.conic import Answer, solve_conic
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
 from bsm_mesh.three_d.blocks.moments import Moments
 from bsm_mesh.three_d.blocks.polygons import tangents
