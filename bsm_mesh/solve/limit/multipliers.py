@@ -17,9 +17,9 @@ from bsm_mesh.solve.limit.conic import Answer, solve_conic
 
 TENTHS = 7  # shares of its slack, 1, 0.1, ..., that the multiplier of a bound which is met exceeds: clear cut first
 PASSES = 4  # of refinement: each leaves what `NEARNESS` is of the squares of the least singular value
-NEARNESS = 1e-10  # weight of the change against what is to be corrected
+NEARNESS = 1e-10  # weight of the change against the residual
 ROUNDING = 1e-13  # over the greatest multiplier: corrected
-ENLARGED = 1e5  # times: what rounding left, in the program of the change; 1e4 and 1e6 do as well
+ENLARGED = 1e5  # times: the residual, in the program of the change; 1e4 and 1e6 do as well
 
 
 def exact(
@@ -49,7 +49,7 @@ def exact(
 def _projected(z: FloatArray, slack: FloatArray, columns: csr_array, balances: int) -> FloatArray:
     """Return multipliers near those given, exact to rounding where that can be had.
 
-    Those of bounds that are not met are 0. The others change by as little as makes them vanish in the columns. Which
+    Multipliers of bounds that are not met are 0. The others change by as little as makes them vanish in the columns. Which
     bounds are met follows from multiplier and slack; where one was missed the columns do not vanish, and more are
     taken.
     """
@@ -77,8 +77,8 @@ def _projected(z: FloatArray, slack: FloatArray, columns: csr_array, balances: i
 def _refined(z: FloatArray, slack: FloatArray, cost: FloatArray, matrix: csc_array, balances: int) -> FloatArray:
     """Return multipliers of an optimum, improved by a linear program of their change; those given if it has none.
 
-    What they lack is enlarged, so the tolerance of this program is one of the change (Gleixner, Steffy and Wolter
-    2016, iterative refinement). The change costs the slack of its bound: the optimum remains one. Bounds far from
+    The residual is enlarged, so the tolerance of this program is one of the change (Gleixner, Steffy and Wolter 2016,
+    iterative refinement). The change costs the slack of its bound: the optimum remains one. Bounds far from
     being met take no part: their multiplier over their slack is below the mean of the products of both.
     """
     product = float((z * slack)[balances:].sum()) / len(z)
