@@ -49,8 +49,8 @@ def exact(
 def _projected(z: FloatArray, slack: FloatArray, columns: csr_array, balances: int) -> FloatArray:
     """Return multipliers near those given, exact to rounding where that can be had.
 
-    Multipliers of bounds that are not met are 0. The others change by as little as makes them vanish in the columns. Which
-    bounds are met follows from multiplier and slack; where one was missed the columns do not vanish, and more are
+    Multipliers of bounds that are not met are 0. The others change as little as possible to vanish in the columns. The
+    bounds that are met follow from multiplier and slack. If one was missed the columns do not vanish, and more are
     taken.
     """
     best, left = z, _error(z, columns, balances)
