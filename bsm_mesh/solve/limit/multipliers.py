@@ -15,7 +15,6 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.solve.limit.conic import Answer, solve_conic
 
-TENTHS = 7  # shares of its slack, 1, 0.1, ..., that the multiplier of a bound which is met exceeds: clear cut first
 PASSES = 4  # of refinement: each leaves what `NEARNESS` is of the squares of the least singular value
 NEARNESS = 1e-10  # weight of the change against the residual
 ROUNDING = 1e-13  # over the greatest multiplier: corrected
@@ -39,39 +38,30 @@ def exact(
         Whether they belong to an optimum. Otherwise they prove that there is no solution, and vanish in all columns.
     """
     columns = csr_array((matrix[:, cost == 0] if is_optimum else matrix).T)
-    found = _projected(z, slack, columns, balances)
-    if is_optimum and _error(found, columns, balances) > ROUNDING:
-        other = _refined(z, slack, cost, matrix, balances)
-        found = min(found, other, key=lambda each: _error(each, columns, balances))
-    return found
+    found = [z, _projected(z, slack, columns, balances)]
+    if is_optimum and _error(found[1], columns, balances) > ROUNDING:
+        found.append(_refined(z, slack, cost, matrix, balances))
+    return min(found, key=lambda each: _error(each, columns, balances))
 
 
 def _projected(z: FloatArray, slack: FloatArray, columns: csr_array, balances: int) -> FloatArray:
-    """Return multipliers near those given, exact to rounding where that can be had.
+    """Return multipliers that vanish in the columns, by the least change of those greater than their slack.
 
-    Multipliers of bounds that are not met are 0. The others change as little as possible to vanish in the columns. The
-    bounds that are met follow from multiplier and slack. If one was missed the columns do not vanish, and more are
-    taken.
+    The others become 0: their bounds are taken for not met.
     """
-    best, left = z, _error(z, columns, balances)
-    for share in 10.0 ** -np.arange(TENTHS):
-        met = _rows(z > share * slack, balances)
-        part = csc_array(columns[:, met])
-        inverse = splu(
-            csc_array(part.T @ part + NEARNESS * eye_array(len(met))),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-        found = np.zeros_like(z)
-        found[met] = z[met]
-        for _ in range(PASSES):
-            found[met] -= inverse.solve(part.T @ (part @ found[met]))
-        if (now := _error(found, columns, balances)) < left:
-            best, left = found, now
-        if left <= ROUNDING:
-            break
-    return best
+    met = _rows(z > slack, balances)
+    part = csc_array(columns[:, met])
+    inverse = splu(
+        csc_array(part.T @ part + NEARNESS * eye_array(len(met))),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    found = np.zeros_like(z)
+    found[met] = z[met]
+    for _ in range(PASSES):
+        found[met] -= inverse.solve(part.T @ (part @ found[met]))
+    return found
 
 
 def _refined(z: FloatArray, slack: FloatArray, cost: FloatArray, matrix: csc_array, balances: int) -> FloatArray:
