@@ -45,9 +45,10 @@ from bsm_mesh.modelfile.record_files import read_record
 from bsm_mesh.modelfile.space_tables import SpaceInSituTable
 
 NEEDS_LAW = (
-    'a joint with {} needs the key \'law\': "mohr_coulomb" (cohesion carries shear from the start), "patton" (cohesion '
-    'is that of its second line: asperities that shear off, with dilation), "barton_bandis" (jrc, jcs, '
-    'residual_friction) or "ladanyi_archambault" (friction, dilation, jcs)'
+    "a joint with {} needs the key 'law'. "
+    'The usual one is "mohr_coulomb": friction and cohesion carry shear from the start. '
+    'Others are "patton" (cohesion is that of its second line: asperities that shear off, with dilation), '
+    '"barton_bandis" (jrc, jcs, residual_friction) and "ladanyi_archambault" (friction, dilation, jcs)'
 )
 REASONS = {("patton", "residual_cohesion"): ": the part that shears off is its cohesion"}
 

@@ -91,6 +91,11 @@ VALUES = [
     (JOINT, "[joint.J1]\n", ["joint 'J1': needs normal_stiffness and shear_stiffness", "or filling"]),
     (JOINT, JOINT + 'law = "mohr_coulomb"\ndilation = 5\n', ["joint 'J1'", "no dilation", "choose 'patton'"]),
     ("friction = 35", "cohesion = 5", ["joint 'J1'", "needs the key 'friction'"]),
+    (
+        "friction = 35",
+        "friction = 35\ncohesion = 1e4",
+        ["a joint with cohesion needs the key 'law'. The usual one is \"mohr_coulomb\": friction and cohesion carry"],
+    ),
     ("friction = 35", "jrc = 8", ["joint 'J1'", "a joint with jrc needs the key 'law'", '"barton_bandis" (jrc, jcs']),
     ("friction = 35", 'law = "barton_bandis"\njrc = 8', ["law 'barton_bandis' needs the key 'jcs' [Pa]"]),
     ("friction = 35", BARTON + "friction = 35", ["law 'barton_bandis' has no friction; remove it or choose"]),
