@@ -42,6 +42,11 @@ def rows() -> list[tuple[str, ...]]:
         case = f"block that slides over three zones of order {order}"
         lines.append((f"{case}: shear over N tan(friction)", "1", f"{resultant:.5f}"))
         lines.append((f"{case}: greatest jump of a point's force over their mean", "0", f"{jump:.1e}"))
+    moved, tension = scenes.bolted_exact()
+    stage = bsm.run(scenes.bolted()).stages[0]
+    found = float(np.hypot(*stage.displacement[1, :2]))
+    lines.append(("block on a smooth slope slides on a soft bolt, which turns: m", f"{moved:.5f}", f"{found:.5f}"))
+    lines.append(("the same: tension, kN", f"{tension / 1e3:.4f}", f"{stage.bolts.axial_force[0] / 1e3:.4f}"))
     return [*lines, *_meetings()]
 
 

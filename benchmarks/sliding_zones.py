@@ -90,7 +90,7 @@ def row(members: list[Member], anew: list[FloatArray | None], change: tuple[str,
         found = forces_below(one)
         x, y = found.sum(axis=0)
         statics.append(abs(-x / y / np.tan(np.radians(FRICTION)) - 1))
-        if wanted is not None:
+        if wanted is not None and len(wanted) == len(found):  # `OVER` decides where the edge of the base gets a point
             off.append(np.abs(found - wanted).max() * len(found) / y)
     usual = " (as it is)" if value == getattr(moving_points, name) else ""
     numbers = f"{max(off, default=np.nan):.1e}", f"{max(statics, default=np.nan):.1e}", f"{seconds:.0f}"

@@ -147,7 +147,7 @@ def _large_faults(model: Model, zoned: list[Rock]) -> list[str]:
     """Return one sentence for every part of a model that zones in large displacement do not know."""
     known = {
         "water": model.water is not None or any(stage.water is not None for stage in model.stages),
-        "bolts": bool(model.bolts),
+        "bolts that resist shear (bearing_stiffness)": any(bolt.dowel_stiffness > 0 for bolt in model.bolts),
         "blocks put back (fill)": any(stage.fill for stage in model.stages),
         'contact_points = "gauss"': model.contact_points == "gauss",
         **{f"rock '{rock.name}' that yields (law = \"{rock.zones.law}\")": rock.yields for rock in zoned if rock.zones},

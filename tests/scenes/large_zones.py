@@ -14,6 +14,7 @@ from tests.scenes.shapes import rectangle, turned
 
 LONG, E = 20.0, 1e9  # m, Pa: a strip 1 m high
 FRICTION = 30.0  # degrees, under a block that is pushed
+BOLT_STIFFNESS = 1e5  # N, of a soft bolt: E A
 
 
 def strip(pieces, *, size, order, upright=False):
@@ -120,6 +121,45 @@ def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=
         supports=[bsm.Fixed(boundary="low"), push],
         gravity_direction=degrees - 90.0,
     )
+
+
+def bolted(degrees=0.0, *, slope=30.0, tilt=20.0, length=2.0, order=1, young=1e12, kn=1e11, friction=0.0, **given):
+    """Return a block on a slope, by default a smooth one, on a bolt so soft that it slides by a quarter of its length.
+
+    The bolt is at an angle `tilt` to the slope.
+    """
+    base, block = ([(-4, -2), (4, -2), (4, 0), (-4, 0)], [(-1, 0), (1, 0), (1, 1), (-1, 1)])
+    turn, way = degrees - slope, np.radians(tilt)
+    end = np.array([0.0, 0.5])
+    start, end = turned(np.array([end - length * np.array([np.cos(way), np.sin(way)]), end]), turn)
+    blocks = bsm.Blocks.from_polygons([turned(np.array(each), turn) for each in (base, block)], rock="rock")
+    zones = bsm.Zones(size=1.0, order=order, displacement="large")
+    soft = bsm.Bolt(start=tuple(start), end=tuple(end), diameter=0.025, young=BOLT_STIFFNESS / (np.pi / 4 * 0.025**2))
+    return bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=25e3, young=young, poisson=0.2, zones=zones)],
+        joints=[bsm.Joint("J", kn, kn, law=bsm.MohrCoulomb(friction=friction))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        bolts=[soft],
+        gravity_direction=degrees - 90.0,
+        **given,
+    )
+
+
+def bolted_exact(*, slope=30.0, tilt=20.0, length=2.0):
+    """Return how far the block slides [m], and the tension of the bolt [N], in closed form."""
+    along, across = length * np.cos(np.radians(tilt)), length * np.sin(np.radians(tilt))
+
+    def tension(slid):
+        return BOLT_STIFFNESS * (np.hypot(along + slid, across) / length - 1)
+
+    def left(slid):
+        weight = 2 * 25e3 * np.sin(np.radians(slope))
+        return tension(slid) * (along + slid) / np.hypot(along + slid, across) - weight
+
+    slid = brentq(left, 0.0, 10 * length)
+    return slid, tension(slid)
 
 
 def forces_below(results, degrees=0.0):

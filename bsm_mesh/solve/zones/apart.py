@@ -109,7 +109,7 @@ class Apart:
             between = interfaces_between(mesh, interfaces.pieces, interfaces.joint)
             faces = ZoneFaces.of(model, whole, mesh, elements.order) if elements.large else None
             joints = joint_points(model, mesh, between, own, elements.order, faces)
-        bolts = EmbeddedBolts.of(model, mesh, own, straight=True) if model.bolts else None
+        bolts = EmbeddedBolts.of(model, mesh, own, straight=not elements.large) if model.bolts else None
         return cls(
             model=model,
             mesh=mesh,

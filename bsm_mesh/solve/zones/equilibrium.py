@@ -125,7 +125,7 @@ class Equations:
         if self.joints is not None and self.history is not None and at.state is not None:
             points = self.joints.stiffness(at.state, self.history, OPEN_STIFFNESS, regularization)
         if self.large is not None:
-            return self.large.tangent(at.u, self.joints, at.state, points, 1 + regularization)
+            return self._with_bolts(self.large.tangent(at.u, self.joints, at.state, points, 1 + regularization), at)
         softer = None
         if self.plastic is not None and at.plastic is not None and at.plastic.yields.any():
             softer = self.plastic.softer(at.plastic)
@@ -164,7 +164,7 @@ class Equations:
             none = np.zeros_like(at.state.pressure)
             normal = np.where(at.state.closed, at.state.normal_stiffness, 0.0)
             points = PointStiffness(normal, np.where(at.state.sticking, at.state.springs.stiffness, 0.0), none, none)
-        A = self.large.tangent(at.u, self.joints, at.state, points)
+        A = self._with_bolts(self.large.tangent(at.u, self.joints, at.state, points), at)
         mean = float(np.abs(self.load).sum()) / max(1, len(self.load))
         return self.large.leaves(A, NEUTRAL / self.size * mean)
 

@@ -63,7 +63,8 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         if is_near and last <= min(before, SINGLE * motion.stored):
             run.state.u = motion.at.u
             moved = motion.equations
-            return replace(equations, joints=moved.joints, history=moved.history), np.zeros(0, np.int32)
+            moved = replace(equations, joints=moved.joints, history=moved.history, bolts=moved.bolts)
+            return moved, np.zeros(0, np.int32)
     if gone.any():
         return equations, np.flatnonzero(gone).astype(np.int32)
     return None
@@ -85,13 +86,17 @@ def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> Shake
 
 
 def _held(of: Continuum, motion: ShakenZones) -> BoolArray:
-    """Return which blocks are connected to a support by closed points and rock, (n,)."""
+    """Return which blocks are connected to a support by closed points, bolts in tension and rock, (n,)."""
     joints, state, free = motion.equations.joints, motion.at.state, motion.equations.free
     dofs, block, count = of.basis.element_dofs, of.mesh.block, of.model.blocks.count
     assert joints is not None
     assert state is not None
     # Blocks, then unknowns: cells tie both.
     one, other = joints.block[state.closed].T
+    bolts, forces = motion.equations.bolts, motion.at.bolts
+    if bolts is not None and forces is not None:
+        first = bolts.bolts.layout.first_node[forces.tension > 0]
+        one, other = np.append(one, bolts.block[first]), np.append(other, bolts.block[first + 1])
     pairs = np.concatenate([np.tile(block, len(dofs)), one]), np.concatenate([count + dofs.ravel(), other])
     size = count + of.basis.N
     graph = coo_matrix((np.ones(len(pairs[0]), np.int8), pairs), shape=(size, size))

@@ -50,6 +50,8 @@ def carried(equations: Equations, u: FloatArray) -> FloatArray:
     assert now.state is not None
     points = equations.joints.stiffness(now.state, equations.history, OPEN_STIFFNESS)
     K = large.matrix(u, equations.joints, now.state, points)
+    if equations.bolts is not None and now.bolts is not None:
+        K = K + equations.bolts.tangent(now.bolts)
     correction, _ = free.solve(free.reduced_matrix(K), now.residual - K @ jump, u)
     return large.moved(u, correction + jump)
 

@@ -167,9 +167,10 @@ class MovingRock:
         """Return the stiffness (free, free) with all joints closed, their springs (q,) [Pa] as stiff as given."""
         joints, none = equations.joints, np.zeros_like(points)
         springs = None if joints is None else PointStiffness(points, points, none, none)
-        if equations.large is not None:
-            return equations.large.tangent(at.u, joints, at.state, springs)
-        K = equations.tangents.at(springs)
+        if equations.large is None:
+            K = equations.tangents.at(springs)
+        else:
+            K = equations.large.tangent(at.u, joints, at.state, springs)
         if equations.bolts is not None and at.bolts is not None:
             K = K + equations.free.reduced_matrix(equations.bolts.tangent(at.bolts))
         return K

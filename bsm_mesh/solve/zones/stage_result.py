@@ -8,7 +8,6 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.loads import PointForces, point_forces_of
-from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
@@ -83,9 +82,9 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
     weight = end.model.gravity_forces * here
     loads = on_blocks + force_sums(forces, place.centroid)
     loads[:, :2] += weight
-    bolts = _bolts(found.bolts)
-    residual = loads + held + _of_contacts(contacts, place.centroid) + _of_bolts(bolts, of.model)
-    reference = _reference(end, loads, forces, contacts, bolts, before.reference)
+    bolts = _bolts(found.bolts) if end.large is None else found.bolts
+    residual = loads + held + _of_contacts(contacts, place.centroid) + _of_bolts(bolts, place.centroid)
+    reference = _reference(end, loads, forces, contacts, _of_bolts(bolts, place.centroid), before.reference)
     relative = relative_residual(of.model, residual * here, reference)
     position = _position(of, end, found)
     status, reason = _verdict(of, end, found, position, relative, tolerance)
@@ -187,9 +186,9 @@ def _of_contacts(contacts: ContactForces, centroid: FloatArray) -> FloatArray:
     return total
 
 
-def _of_bolts(bolts: BoltForces, model: Model) -> FloatArray:
+def _of_bolts(bolts: BoltForces, centroid: FloatArray) -> FloatArray:
     block, point, force = bolts.on_blocks()
-    return force_sums(PointForces(block=block, point=point, force=force), model.blocks.moments.centroid)
+    return force_sums(PointForces(block=block, point=point, force=force), centroid)
 
 
 def _reference(
@@ -197,7 +196,7 @@ def _reference(
     loads: FloatArray,
     forces: PointForces,
     contacts: ContactForces,
-    bolts: BoltForces,
+    on_bolted: FloatArray,
     before: float,
 ) -> float:
     """Return what residuals are relative to [N/m]: as of rigid blocks, whose contacts in the first stage count too.
@@ -205,7 +204,6 @@ def _reference(
     Loads may balance each other on a block, which deforms by them: the mean of the forces counts as well.
     """
     at_start = mean_force(contacts.normal_force, contacts.shear_force) if before == 0 else 0.0
-    on_bolted = _of_bolts(bolts, end.model)
     return max(
         before, reference_weight(end.model, loads, on_bolted, end.present), at_start, mean_force(*forces.force.T)
     )

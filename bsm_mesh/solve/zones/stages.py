@@ -88,7 +88,7 @@ class Continuum:
         self.apart = None if mesh is None else Apart.of(model, whole, interfaces, self.basis, discretization)
         self.bolts: EmbeddedBolts | None = None
         if model.bolts:
-            how = {"elastic": discretization.elastic_bolts, "straight": mesh is not None}
+            how = {"elastic": discretization.elastic_bolts, "straight": mesh is not None and not discretization.large}
             self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis, **how)
         self.seconds = time.perf_counter() - began
 

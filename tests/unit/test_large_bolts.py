@@ -1,0 +1,82 @@
+"""Bolts in zones that displace by much: they turn with their ends, slip and yield."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.model.options import Options
+from bsm_mesh.solve.stages.scheme import Watchers
+from bsm_mesh.solve.zones.scheme import ZoneStages
+from tests.scenes.large_zones import bolted, bolted_exact
+from tests.scenes.shapes import turned
+
+
+def slid(model, degrees=0.0):
+    """Return how far the block slides, how far it turns, and the tension of its bolt, where it is at rest."""
+    results = bsm.run(model)
+    assert results.status == "stable", results.stages[-1].reason
+    assert results.check().ok
+    stage = results.stages[-1]
+    moved = turned(stage.displacement[1:, :2], 30.0 - degrees)[0]
+    return moved[0], stage.displacement[1, 2], stage.bolts.axial_force[-1]
+
+
+@pytest.mark.parametrize(("degrees", "order"), [(0.0, 1), (37.0, 1), (0.0, 2)])
+def test_a_bolt_turns_as_its_block_slides(degrees, order):
+    """By half a metre: the tension along the slope balances the weight."""
+    moved, rotation, tension = slid(bolted(degrees, order=order), degrees)
+    assert_allclose((moved, tension), bolted_exact(), rtol=1e-6)
+    assert abs(rotation) < 1e-6
+
+
+def test_a_bolt_of_a_later_stage_has_no_tension_before():
+    """Its block hangs on a first bolt; another one at the same place carries a part of the load that is added."""
+    model = bolted()
+    later = dataclasses.replace(model.bolts[0], stage="later", name="second")
+    push = turned(np.array([(1e4, 0.0)]), -30.0)[0]
+    loads = [bsm.PointLoad(block=1, point=tuple(turned(np.array([(0.0, 0.5)]), -30.0)[0]), force=tuple(push))]
+    first, _, tension = slid(model.replace(bolts=[model.bolts[0], later], stages=[bsm.Stage(name="later")]))
+    assert_allclose(tension, 0.0, atol=1.0)
+    then, _, more = slid(model.replace(bolts=[model.bolts[0], later], stages=[bsm.Stage(name="later", loads=loads)]))
+    assert then > first + 0.01
+    assert more > 1e3
+
+
+@pytest.mark.heavy
+def test_energies_balance_while_a_bolted_block_is_shaken():
+    """It slides up and down the slope by centimetres, and the bolt turns."""
+    shaking = bsm.Shaking(waveform="sine", frequency=2.0, cycles=2, amplitude=1.0, duration=1.2, every=0.05)
+    stages = [bsm.Stage(name="quake", shaking=dataclasses.replace(shaking, mass_damping=(0.2, 1.0)))]
+    stage = bsm.run(bolted(young=1e9, kn=1e9, friction=10.0, stages=stages)).stages[-1]
+    assert stage.shaking.imbalance < 1e-3
+    assert stage.shaking.peak_velocity[1] > 0.05
+
+
+def test_the_tangent_with_bolts_is_the_derivative_of_the_forces():
+    stages = ZoneStages(
+        bolted(young=1e9), Options(), Watchers(lambda *_: None, lambda _: (), lambda *_: None, lambda _: ())
+    )
+    stages.solution(0, None, None)()
+    run = stages._run
+    present = run.of.presence[0]
+    equations = run.equations(present, run.loads_on(present))
+    u, step, free = run.state.u, 1e-6, equations.free.free
+    at = equations.at(u, equations.free.none)
+    assert (at.bolts.tension > 0).all()
+    K = (
+        equations.tangent(at, 0.0)
+        - equations.large.tangent(
+            u, equations.joints, at.state, equations.joints.stiffness(at.state, equations.history, 1e-9)
+        )
+    ).toarray()
+    assert np.abs(K).max() > 1e4
+    for k in np.flatnonzero(np.abs(K).max(axis=0) > 0):
+        d = np.zeros_like(u)
+        d[free[k]] = step
+        up, down = (equations.bolts.forces(equations.bolts.evaluate(v))[free] for v in (u + d, u - d))
+        assert_allclose((down - up) / (2 * step), K[:, k], atol=1e-8 * np.abs(K).max())
