@@ -23,6 +23,15 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
     return np.flatnonzero(distances(stage.stage_displacement) > FAR * blocks.moments.size)
 
 
+def moved_beside(blocks: Blocks, stage: StageResult) -> IntArray:
+    """Return the blocks that count and moved far as well when others fell and ended the run, (k,)."""
+    if stage.status is not Status.UNSTABLE or not stage.unstable_blocks.size:
+        return np.zeros(0, np.intp)
+    far = (distances(stage.stage_displacement) > FAR * blocks.moments.size) & stage.counts
+    far[stage.unstable_blocks] = False
+    return np.flatnonzero(far)
+
+
 def moved_beyond(limit: float) -> str:
     """Return the reason of a collapse by the displacement limit [m]."""
     return f"a block moved more than {limit:.3g} m"

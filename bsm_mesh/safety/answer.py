@@ -16,7 +16,7 @@ from bsm_mesh.safety.bound import Limit
 from bsm_mesh.safety.bracket import Bracket, Verdict
 from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Trial
-from bsm_mesh.safety.mechanism import Mechanism, mechanism_of
+from bsm_mesh.safety.mechanism import Mechanism, collapse_of, mechanism_of
 
 FACTOR = "factor of safety"  # the quantity of strength reduction
 
@@ -71,6 +71,8 @@ class Safety:
         Results at `stable` and `unstable`.
     mechanism : Mechanism or None
         The failure at `unstable`.
+    collapse : Mechanism or None
+        The mechanism of the bound by limit analysis.
     stage : str
         The stage in question.
     start : str
@@ -98,6 +100,7 @@ class Safety:
     trials: tuple[Trial, ...]
     states: dict[float, Results]
     mechanism: Mechanism | None
+    collapse: Mechanism | None
     stage: str
     start: str
     changed: str
@@ -178,7 +181,8 @@ def answer_of(found: Found, limit: Limit, quantity: str, stage: str, start: str,
         limit=limit,
         trials=found.trials,
         states=found.states,
-        mechanism=mechanism_of(found),
+        mechanism=mechanism_of(found, limit),
+        collapse=collapse_of(found, limit),
         stage=stage,
         start=start,
         changed=changed,

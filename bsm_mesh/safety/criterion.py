@@ -98,12 +98,12 @@ class Failure:
 
         From `reference` the movement of the blocks (n,) in `counts` counts; None: it does not count.
         """
-        if ended.status is Status.UNSTABLE:
-            return Judgement(Verdict.UNSTABLE, ended.reason, ended.down)
-        if not ended.status.is_stable:
-            return Judgement(Verdict.UNDECIDED, ended.reason)
         parts = movement(ended, reference, blocks, counts)
         far = np.flatnonzero(parts > self.movement).astype(np.int32)
+        if ended.status is Status.UNSTABLE:  # the first block that falls ends the run, amid the others
+            return Judgement(Verdict.UNSTABLE, ended.reason, np.union1d(ended.down, far))
+        if not ended.status.is_stable:
+            return Judgement(Verdict.UNDECIDED, ended.reason)
         if reference is None or not far.size:
             return Judgement(Verdict.STABLE, ended.reason)
         worst = int(parts.argmax())

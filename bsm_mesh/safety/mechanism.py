@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import numbered, place
+from bsm_mesh.movements import in_mechanism
 from bsm_mesh.results.joint_sets import JointSet, joint_sets
+from bsm_mesh.results.results import Results
+from bsm_mesh.safety.bound import Limit
 from bsm_mesh.safety.driver import Found
 
 
@@ -19,7 +23,7 @@ class Mechanism:
     Attributes
     ----------
     value : float
-        The value at which it was seen.
+        The value at which it was seen, or beyond which it is proved.
     blocks : (k,) int32
         Blocks that fail.
     area : float [m2]
@@ -45,25 +49,48 @@ class Mechanism:
         return f"Mechanism at {self.value:.4g}: {named}: {100 * self.part:.3g} % of all, around {around} m"
 
 
-def mechanism_of(found: Found) -> Mechanism | None:
-    """Return what fails at the first unstable value."""
+def mechanism_of(found: Found, limit: Limit) -> Mechanism | None:
+    """Return the blocks that fail at the first unstable value; where limit analysis proves that, with those it moves.
+
+    Blocks may rest again after a short way, so the movement of the trial alone names chips rather than their slab.
+    """
     value = found.bracket.unstable
     if value is None or value not in found.states:
         return None
     trial = next(trial for trial in found.trials if trial.value == value)
     results, last = found.states[value], found.states.get(found.bracket.stable or 0.0)
+    moving = _moving(results, limit) if value >= limit.factor else np.zeros(0, dtype=np.int32)
+    joints = () if last is None else joint_sets(last, last.stages[-1])
+    return _mechanism(value, results, np.union1d(trial.blocks, moving), joints)
+
+
+def collapse_of(found: Found, limit: Limit) -> Mechanism | None:
+    """Return the mechanism of the bound by limit analysis; None without a bound."""
+    results = next(iter(found.states.values()), None)
+    if results is None or limit.mechanism is None or not math.isfinite(limit.factor):
+        return None
+    moving = _moving(results, limit)
+    return _mechanism(limit.factor, results, moving) if moving.size else None
+
+
+def _moving(results: Results, limit: Limit) -> IntArray:
+    """Return the blocks (k,) that count and move in the mechanism of a bound."""
+    if limit.mechanism is None:
+        return np.zeros(0, dtype=np.int32)
+    moves = in_mechanism(limit.mechanism, results.blocks.moments.gyration) & results.stages[-1].counts
+    return np.flatnonzero(moves).astype(np.int32)
+
+
+def _mechanism(value: float, results: Results, blocks: IntArray, joints: tuple[JointSet, ...] = ()) -> Mechanism:
+    """Return the mechanism of some blocks (k,) of a model."""
     stage, moments = results.stages[-1], results.blocks.moments
-    area = moments.bulk[trial.blocks]
-    centre = (
-        np.average(moments.centroid[trial.blocks], axis=0, weights=area)
-        if len(area)
-        else np.zeros(moments.centroid.shape[1])
-    )
+    area, centroid = moments.bulk[blocks], moments.centroid
+    centre = np.average(centroid[blocks], axis=0, weights=area) if len(area) else np.zeros(centroid.shape[1])
     return Mechanism(
         value=value,
-        blocks=trial.blocks,
+        blocks=blocks,
         area=float(area.sum()),
         part=float(area.sum() / moments.bulk[stage.present].sum()),
         centre=tuple(centre.tolist()),
-        joints=() if last is None else joint_sets(last, last.stages[-1]),
+        joints=joints,
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 from bsm_mesh.errors import numbered, place
 from bsm_mesh.safety.answer import Safety, with_unit
+from bsm_mesh.safety.mechanism import Mechanism
 from bsm_mesh.text.tables import engineering
 
 
@@ -29,12 +30,12 @@ def rows_of(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("undecided between", ", ".join(_value(value, unit) for value in told["undecided"]) or "none"),
         ("limit analysis", told["limit_analysis"]["text"]),
     ]
+    collapse = told["limit_analysis"].get("mechanism")
+    if collapse is not None:
+        rows.append(("blocks that must move beyond it", _extent(collapse)))
     fails = told["mechanism"]
     if fails is not None:
-        at = place(round(x, 2) + 0.0 for x in fails["centre"])  # to the centimetre
-        unit = "m2" if len(fails["centre"]) == 2 else "m3"
-        size = f"{engineering(fails['area'], unit)}, {100 * fails['part']:.3g} % of all"
-        rows.append(("blocks that fail", f"{numbered('block', fails['blocks'], 6)}: {size}, around {at} m"))
+        rows.append(("blocks that fail", _extent(fails)))
         rows += [
             (
                 f"at the last stable value: {name}",
@@ -51,6 +52,14 @@ def rows_of(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("trials, processor time", f"{len(told['trials'])}, {told['seconds']:.3g} s"),
     ]
     return rows
+
+
+def _extent(mechanism: Mapping[str, Any]) -> str:
+    """Return the blocks of a mechanism in words: numbers, area or volume, and place."""
+    at = place(round(x, 2) + 0.0 for x in mechanism["centre"])  # to the centimetre
+    unit = "m2" if len(mechanism["centre"]) == 2 else "m3"
+    size = f"{engineering(mechanism['area'], unit)}, {100 * mechanism['part']:.3g} % of all"
+    return f"{numbered('block', mechanism['blocks'], 6)}: {size}, around {at} m"
 
 
 def spread_rows(answer: Safety) -> list[tuple[str, ...]]:
@@ -72,6 +81,7 @@ def told_of(answer: Safety) -> dict[str, Any]:
             "factor": answer.limit.factor if math.isfinite(answer.limit.factor) else None,
             "text": answer.limit.text,
             "proof": None if answer.limit.proof is None else answer.limit.proof.text,
+            "mechanism": None if answer.collapse is None else _told_extent(answer.collapse),
         },
         "stage": answer.stage,
         "start": answer.start,
@@ -80,10 +90,7 @@ def told_of(answer: Safety) -> dict[str, Any]:
         "mechanism": None
         if fails is None
         else {
-            "blocks": fails.blocks.tolist(),
-            "area": fails.area,
-            "part": fails.part,
-            "centre": list(fails.centre),
+            **_told_extent(fails),
             "joints": {
                 each.name: {"length": each.length, "slipping": each.slipping, "open": each.open}
                 for each in fails.joints
@@ -103,4 +110,14 @@ def told_of(answer: Safety) -> dict[str, Any]:
         "seconds": answer.seconds,
         "answer": str(answer),
         "remarks": list(answer.notes),
+    }
+
+
+def _told_extent(mechanism: Mechanism) -> dict[str, Any]:
+    """Return the blocks of a mechanism as JSON holds them."""
+    return {
+        "blocks": mechanism.blocks.tolist(),
+        "area": mechanism.area,
+        "part": mechanism.part,
+        "centre": list(mechanism.centre),
     }

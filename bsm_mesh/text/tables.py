@@ -175,7 +175,7 @@ def _greatest_displacement(results: Results, stage: StageResult) -> str:
     """Return the greatest displacement of the blocks that do not fall."""
     size = distances(stage.displacement) * stage.counts
     size[stage.unstable_blocks] = 0.0
-    of = " (of the blocks that stay)" if stage.unstable_blocks.size else ""
+    of = " (of the other blocks)" if stage.unstable_blocks.size else ""
     return f"{engineering(float(size.max()), 'm')}{of}"
 
 

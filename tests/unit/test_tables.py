@@ -53,7 +53,7 @@ def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.result
     assert "weights and loads (x, y)" in short
     assert not any("factorization" in row or "residual" in row for row in short)
     assert {"steps, factorizations", "greatest unbalanced force of a block"} <= set(long)
-    assert short["greatest displacement"].endswith("(of the blocks that stay)")
+    assert short["greatest displacement"].endswith("(of the other blocks)")
 
 
 def test_stages_behind_an_unstable_one_are_named(falls: bsm.results.Results) -> None:

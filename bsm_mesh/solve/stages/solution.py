@@ -20,7 +20,7 @@ from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.movements import distances
 from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN, Proof
-from bsm_mesh.results.movement import displacement_of, moved_far
+from bsm_mesh.results.movement import displacement_of, moved_beside, moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
@@ -319,7 +319,7 @@ class StageSolution:
 
 
 def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
-    """Report blocks at rest far from their place at the stage's start, large blocks and those too small to count."""
+    """Report blocks far from their place at the stage's start: at rest, too small to count, or amid a fall."""
     far = moved_far(blocks, stage)
     moved = distances(stage.stage_displacement)
     large, small = far[stage.counts[far]], far[~stage.counts[far]]
@@ -334,6 +334,14 @@ def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
         notes.append(
             f"{counted(small.size, 'block')} too small to count (falls.ignore_below) moved by up to "
             f"{moved[small].max():.3g} m: {numbered('block', small)}"
+        )
+    beside = moved_beside(blocks, stage)
+    if beside.size:
+        notes.append(
+            f"the fall of {numbered('block', stage.unstable_blocks, 6)} ended the run before the others were in "
+            f"equilibrium: {numbered('block', beside, 12)} moved by more than a tenth of "
+            f"{'its' if beside.size == 1 else 'their'} size, up to {moved[beside].max():.3g} m; "
+            'on_fall = "remove" in [falls] follows them'
         )
     return notes
 
