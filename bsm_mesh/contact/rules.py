@@ -31,7 +31,7 @@ class Rules(NamedTuple):
     transfer_distance: float = 0.1  # history is transferred no further: blocks move less than that in a step
     min_cosine: float = 0.9  # cosine between the normals of a contact and of the one that inherits its history
     dual_distance: float = 1.0  # over the band: corners nearer than this are one contact
-    corner_share: float = 0.05  # length of a contact of a corner on an edge that is not parallel
+    corner_share: float = 0.05  # length of a contact of a corner on an edge that is not parallel; area over h2 in space
 
 
 RULES = Rules()

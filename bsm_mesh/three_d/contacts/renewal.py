@@ -65,7 +65,7 @@ class Renewal:
         if first or not moves.any():
             return before
         found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
-        found = found.some(~self._behind(found, points.key) & self.catalogue.have_stiffness(found))
+        found = found.some(~self._behind(found, before, position) & self.catalogue.have_stiffness(found))
         fresh = found.some(~np.isin(polygons_of(found.key), polygons_of(points.key[~stale])))
         stale |= _on_faces_of(points, (fresh, points.some(stale)), moves)
         new = found.some(~np.isin(polygons_of(found.key), polygons_of(points.key[~stale])))
@@ -85,7 +85,7 @@ class Renewal:
         if not moves.any():
             return np.zeros((0, 2), np.int32), np.zeros(0)
         found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
-        found = found.some(self._behind(found, contacts.key) & self.catalogue.have_stiffness(found))
+        found = found.some(self._behind(found, contacts, position) & self.catalogue.have_stiffness(found))
         both = np.sort(np.column_stack([found.block_a, found.block_b]), axis=1)
         pairs, number = np.unique(both, axis=0, return_inverse=True)
         depth = np.zeros(len(pairs))
@@ -105,10 +105,19 @@ class Renewal:
         stale: BoolArray = (farthest > np.maximum(SLID * np.sqrt(area), least))[polygon]
         return stale
 
-    def _behind(self, new: PolygonPoints, before: IntArray) -> BoolArray:
-        """Return the points (k,) of polygons without a key (m,) before that begin deep: faces that were passed."""
-        behind: BoolArray = _least_gaps(new) < -RULES.initial_penetration * self.size
-        return behind & ~np.isin(polygons_of(new.key), polygons_of(before))
+    def _behind(self, new: PolygonPoints, before: ContactSet, position: FloatArray) -> BoolArray:
+        """Return the points (k,) of polygons without a key before that begin deep: faces that were passed.
+
+        Where two blocks touch, new polygons begin as deep as the points that they have.
+        """
+        c = before.candidates
+        _, place, *_ = before.frames(position)
+        pressed = c.history >= 0
+        of_new, of_old, pairs = _pairs(before, np.flatnonzero(pressed), new)
+        deepest = np.zeros(pairs)
+        np.minimum.at(deepest, of_old, before.gaps(place)[pressed])
+        behind: BoolArray = _least_gaps(new) < deepest[of_new] - RULES.initial_penetration * self.size
+        return behind & ~np.isin(polygons_of(new.key), polygons_of(before.key))
 
     def _moving(self, position: FloatArray) -> BoolArray:
         """Return the blocks (n,) that have come so far that they may touch others than as given."""
@@ -120,12 +129,15 @@ class Renewal:
 def points_apart(
     surfaces: Surfaces, catalogue: PolygonCatalogue, start: FloatArray, held: BoolArray, band: float, size: float
 ) -> PolygonPoints:
-    """Return the points of blocks as given (n, 6) that share no face, on faces with a gap or on parts that touch."""
+    """Return the points of blocks as given (n, 6) that share no face, where they lie apart or touch.
+
+    They touch on parts of faces, in edges or in corners. Blocks that meet in a node of the mesh have others between.
+    """
     found = surfaces.polygons(start, ~held, held, band, RULES.min_overlap * size)
-    face_a, face_b = faces_of(found.key)
-    far = -_least(found, -found.found_gap)  # faces that meet in an edge alone touch there, and lie apart beyond
-    touch = (np.maximum(-_least_gaps(found), far) <= RULES.rounding * size) & (face_a != face_b)
-    return found.some(((_least_gaps(found) > RULES.rounding * size) | touch) & catalogue.have_stiffness(found))
+    faces, least = faces_of(found.key), _least_gaps(found)
+    flat = -_least(found, -found.found_gap) <= RULES.rounding * size
+    touch = (np.abs(least) <= RULES.rounding * size) & (flat | ~surfaces.share_corners(*faces)) & (faces[0] != faces[1])
+    return found.some(((least > RULES.rounding * size) | touch) & catalogue.have_stiffness(found))
 
 
 def _least_gaps(points: PolygonPoints) -> FloatArray:

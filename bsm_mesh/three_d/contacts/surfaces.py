@@ -8,16 +8,17 @@ from functools import cached_property
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.model.polygons import next_corner, owner_of_corner
 from bsm_mesh.movements import turned
+from bsm_mesh.three_d.blocks.cell_sides import CellSides, sides_of_cells
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
-from bsm_mesh.three_d.blocks.polygons import bent_corners, sums, vector_areas
+from bsm_mesh.three_d.blocks.placed_cells import PlacedCells
+from bsm_mesh.three_d.blocks.polygons import bent_corners, spread, sums, vector_areas
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.contacts.clipping import PARALLEL, clipped, facing_faces, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import depths, points_of, reaches
-from bsm_mesh.three_d.contacts.history import PolygonPoints, keys_of
-
-SUNK = 0.1  # of the thinner block: faces that overlap by more have come from the other side
+from bsm_mesh.three_d.contacts.history import SLOTS, PolygonPoints, keys_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,7 +67,9 @@ class Surfaces:
     ) -> PolygonPoints:
         """Return the points of polygons of faces that face each other at a position (n, 6).
 
-        They are nearer than `band` and wider than `narrow` [m].
+        They are nearer than `band`, wider than `narrow` [m], and no deeper than their cells overlap. An edge over
+        an edge, or a corner over a face, shares no area with it. So corners of faces that meet at an angle represent a
+        part of the smaller block's size squared, at least.
         One block of each pair `moves` (n,); two blocks that supports hold (n,) are no pair. Every point lies on the
         block with which it moves.
         """
@@ -86,10 +89,45 @@ class Surfaces:
         slide = self._slides(position, corners[offsets[faces[:, 0]]], block[faces])
         sizes, rows = clipped(faces, corners, offsets, normal, slide)
         faces, sizes = faces[sizes > 0], sizes[sizes > 0]
-        rows, faces, sizes = _touching(rows, faces, sizes, (block, start, corners, offsets), band, narrow)
-        kept = _facing_best(faces, block, normal)
+        rows, faces, sizes, least = _near(rows, faces, sizes, band, narrow)
+        overlap = self._overlaps(position, self._cell[faces], least < -narrow)
+        kept = least >= -overlap - narrow  # deeper ones have come from the other side
+        kept &= _flat_alone(self._cell[faces], _are_flat(*normal[faces.T]), np.abs(least) <= narrow)
         rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
         return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
+
+    @cached_property
+    def _cell_sides(self) -> CellSides:
+        return sides_of_cells(self.blocks)
+
+    @cached_property
+    def _cell(self) -> IntArray:
+        """Cell of every surface."""
+        face, block, *_ = self._sides
+        cells = self.blocks.face_cells[face]
+        of_first = self.blocks.face_blocks[face, 0] == block
+        cell: IntArray = np.where(of_first, cells[:, 0], cells[:, 1])
+        return cell
+
+    def _overlaps(self, position: FloatArray, cells: IntArray, asked: BoolArray) -> FloatArray:
+        """Return by how much pairs of cells (q, 2) overlap along their faces' normals [m]; inf where not `asked`."""
+        depth = np.full(len(cells), np.inf)
+        if asked.any():
+            pairs, row = np.unique(cells[asked], axis=0, return_inverse=True)
+            depth[asked] = PlacedCells.of(self.blocks, self._cell_sides, position).depths(pairs)[row.reshape(-1)]
+        return depth
+
+    def share_corners(self, one: IntArray, other: IntArray) -> BoolArray:
+        """Return whether faces (k,) share a corner as given, (k,): their blocks meet in a node of the mesh."""
+        point, first, sizes = self.blocks.face_vertices, self.blocks.face_offsets, np.diff(self.blocks.face_offsets)
+        pair, row = np.unique(np.column_stack([one, other]), axis=0, return_inverse=True)
+        number = [np.repeat(np.arange(len(pair)), sizes[side]) for side in pair.T]
+        corner = [point[spread(first[side], sizes[side])] for side in pair.T]
+        keys = [n.astype(np.int64) << 32 | c for n, c in zip(number, corner, strict=True)]
+        shared = np.zeros(len(pair), dtype=bool)
+        shared[number[0][np.isin(keys[0], keys[1])]] = True
+        of_each: BoolArray = shared[row.reshape(-1)]
+        return of_each
 
     def _points(
         self,
@@ -114,10 +152,13 @@ class Surfaces:
         polygon, mean = points.polygon, polygons.normal
         on_a, on_b = (_over(polygons.centroid, mean, corners[offsets[side]], normal[side]) for side in (one, other))
         found = rows
+        flat, size = _are_flat(normal[one], normal[other]), self.blocks.moments.size
+        least = RULES.corner_share * np.minimum(size[polygons.block_a], size[polygons.block_b]) ** 2
+        bare = (slot < SLOTS - 1) & ~flat[polygon]  # corners where faces meet at an angle
+        area = np.where(bare, np.maximum(points.area, least[polygon]), points.area)
         if len(polygon) > len(rows):  # with centroids
             share = points.area[: len(rows)] * (rows[:, 13] - 0.5)
             with_b = sums(polygon[: len(rows)], share, len(sizes)) > 0
-            flat = (np.cross(normal[one], normal[other]) ** 2).sum(axis=1) < PARALLEL**2
             own = np.where(with_b[:, None], -normal[one], normal[other])
             across = np.where(flat[:, None], own, mean)
             gap = np.einsum("ij,ij->i", on_a - on_b, across)
@@ -136,7 +177,7 @@ class Surfaces:
             geometry=np.hstack([*arms, turned(found[:, 9:12], -position[b, 3:]), apart]),
             found_gap=found[:, 12],
             reach=reaches(polygons)[polygon],
-            area=points.area,
+            area=area,
             depth=depths(polygons, placed)[polygon],
             joint=polygons.joint[polygon],
         )
@@ -152,18 +193,12 @@ class Surfaces:
         return slide
 
 
-def _touching(
-    rows: FloatArray,
-    faces: IntArray,
-    sizes: IntArray,
-    surfaces: tuple[IntArray, IntArray, FloatArray, IntArray],
-    band: float,
-    narrow: float,
-) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return rows, surfaces and sizes of polygons within `band`, wider than `narrow`, and not behind a block."""
-    block, start, corners, offsets = surfaces
+def _near(
+    rows: FloatArray, faces: IntArray, sizes: IntArray, band: float, narrow: float
+) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
+    """Return rows, surfaces, sizes and least gaps of polygons within `band` and wider than `narrow` [m]."""
     if not len(faces):
-        return rows, faces, sizes
+        return rows, faces, sizes, np.zeros(0)
     first = np.cumsum(sizes) - sizes
     least = np.minimum.reduceat(rows[:, 12], first)
     base, ends = rows[:, :3], np.append(first, len(rows))
@@ -172,39 +207,27 @@ def _touching(
     wide = 2 * area > narrow * around  # a narrow one is the elastic penetration of a face past another's edge
     near = (np.abs(least) <= band) & wide
     rows, faces, sizes, least = rows[np.repeat(near, sizes)], faces[near], sizes[near], least[near]
-    if not len(faces):
-        return rows, faces, sizes
-    mean = np.add.reduceat(rows[:, 9:12], np.cumsum(sizes) - sizes)
-    mean /= np.linalg.norm(mean, axis=1)[:, None]
-    thin = np.full(len(faces), np.inf)
-    for side in (0, 1):
-        of = block[faces[:, side]]
-        begin, end = offsets[start[of]], offsets[start[of + 1]]
-        owner = np.repeat(np.arange(len(of)), end - begin)
-        firsts = np.cumsum(end - begin) - (end - begin)
-        heights = np.einsum(
-            "ij,ij->i", corners[np.repeat(begin - firsts, end - begin) + np.arange(len(owner))], mean[owner]
-        )
-        thin = np.minimum(thin, np.maximum.reduceat(heights, firsts) - np.minimum.reduceat(heights, firsts))
-    good = least >= -SUNK * thin
-    return rows[np.repeat(good, sizes)], faces[good], sizes[good]
+    return rows, faces, sizes, least
 
 
-def _facing_best(faces: IntArray, block: IntArray, normal: FloatArray) -> BoolArray:
-    """Return which pairs of surfaces (q, 2) face each other hardly worse than others of one face and the other block.
+def _are_flat(one: FloatArray, other: FloatArray) -> BoolArray:
+    """Return which pairs of faces, by their normals (q, 3), touch flat."""
+    flat: BoolArray = (np.cross(one, other) ** 2).sum(axis=1) < PARALLEL**2
+    return flat
 
-    A face that touches an edge of a block meets both faces there, and counts once. Pairs that share nothing are none:
-    the bottom of a block that slides down to a floor faces it best, but lies over the slope.
+
+def _flat_alone(cells: IntArray, flat: BoolArray, touch: BoolArray) -> BoolArray:
+    """Return which polygons (q,) count, of pairs of cells (q, 2): convex cells that `touch` `flat` touch there alone.
+
+    Other faces of theirs meet the flat ones in edges, which would count twice. Cells at an angle touch in all pairs of
+    faces that meet there. The pair that faces each other best changes as blocks turn.
     """
-    tilt = np.arccos(np.clip(-np.einsum("ij,ij->i", *normal[faces.T]), -1.0, 1.0))
-    best = np.ones(len(faces), dtype=bool)
-    for side in (0, 1):
-        key = (faces[:, side] << 32) | block[faces[:, 1 - side]]
-        _, of = np.unique(key, return_inverse=True)
-        least = np.full(len(faces), np.inf)
-        np.minimum.at(least, of, tilt)
-        best &= tilt <= least[of] + PARALLEL
-    return best
+    if not len(cells):
+        return flat
+    _, of = np.unique(cells, axis=0, return_inverse=True)
+    on_face = np.bincount(of.reshape(-1), flat & touch) > 0
+    alone: BoolArray = flat | ~on_face[of.reshape(-1)]
+    return alone
 
 
 def _over(point: FloatArray, mean: FloatArray, corner: FloatArray, normal: FloatArray) -> FloatArray:
