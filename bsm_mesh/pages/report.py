@@ -121,11 +121,19 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
         }
     content = _results(out, progress, pictures=pictures)
     digest = content["model_hash"]
-    factors = answers_beside(out, f"{SAFETY}*", ANSWER, digest) if safety is None else [safety]
-    limits = answers_beside(out, f"{LIMIT}*", ANSWER, digest)
+    factors, others = answers_beside(out, f"{SAFETY}*", ANSWER, digest) if safety is None else ([safety], [])
+    limits, of_limits = answers_beside(out, f"{LIMIT}*", ANSWER, digest)
+    blocks, of_blocks = answers_beside(out, "key-blocks", RECORD, digest)
     content["answers"] = [safety_content(each) for each in (*factors, *limits)]
-    content["strangers"] = _of_other_models(content["answers"], digest)
-    for each in answers_beside(out, "key-blocks", RECORD, digest):
+    content["strangers"] = [
+        *_of_other_models(content["answers"], digest),
+        *(
+            f"{each.parent.name}/{each.name} is of another model than {out}, or of an edited one, and is left out; "
+            "run both commands again"
+            for each in (*others, *of_limits, *of_blocks)
+        ),
+    ]
+    for each in blocks:
         content["key_blocks"] = key_blocks_content(each)
     return content
 

@@ -30,14 +30,16 @@ BLOCK_THEORY = (
 )
 
 
-def answers_beside(out: Path, word: str, record: str, model_hash: str) -> list[Path]:
-    """Return the folders ``OUT-word`` of other answers whose records are of a model with this digest, by name.
+def answers_beside(out: Path, word: str, record: str, model_hash: str) -> tuple[list[Path], list[Path]]:
+    """Return the folders ``OUT-word`` of other answers, by name: of a model with this digest, and of other models.
 
     A word that ends in ``*`` finds those that begin so.
     """
     folder = out.absolute()
-    found = sorted(folder.parent.glob(f"{glob.escape(folder.name)}-{word}"))
-    return [each for each in found if read_json(each / record).get("model_hash") == model_hash]
+    found = [path for path in sorted(folder.parent.glob(f"{glob.escape(folder.name)}-{word}")) if path.is_dir()]
+    digests = {path: read_json(path / record).get("model_hash") for path in found}
+    others = [path for path in found if digests[path] not in (None, model_hash)]
+    return [path for path in found if digests[path] == model_hash], others
 
 
 def safety_content(folder: Path) -> dict[str, Any]:

@@ -87,7 +87,11 @@ def bolt_rows(bolts: BoltForces) -> list[tuple[str, str]]:
     worst, most_used = int(bolts.greatest_force.argmax()), "0"
     if bolts.utilisation.any():
         element = int(bolts.utilisation.argmax())
-        most_used = f"{bolts.utilisation[element]:.3g} ({bolts.names[bolts.bolt[element]]})"
+        bolt = int(bolts.bolt[element])
+        most_used = (
+            f"{bolts.utilisation[element]:.3g} ({bolts.names[bolt]}, {bolts.station[element + bolt]:.3g} m from its "
+            f"head, where its force is {engineering(float(bolts.axial_force[element]), 'N')})"
+        )
     return [
         ("greatest force in a bolt", f"{engineering(float(bolts.greatest_force[worst]), 'N')} ({bolts.names[worst]})"),
         ("greatest utilisation of a bolt", most_used),

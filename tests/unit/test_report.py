@@ -262,7 +262,9 @@ def test_factors_of_stages_are_beside_each_other_under_their_names(answered, tmp
 def test_the_factor_of_another_model_is_left_out(answered, tmp_path):
     shutil.copytree(answered[1], tmp_path / "out-safety")
     bsm.run(incline(20.0, 30.0)).save(tmp_path / "out")
-    assert "Factor of safety" not in report(tmp_path / "out", "--no-pictures")[1]
+    left_out, page = report(tmp_path / "out", "--no-pictures")
+    assert "Factor of safety" not in page
+    assert "out-safety is of another model than" in left_out.stderr
     outcome, forced = report(tmp_path / "out", "--no-pictures", "--safety", str(tmp_path / "out-safety"))
     assert "Factor of safety" in forced
     assert "of another model than these results" in forced
