@@ -94,6 +94,23 @@ def test_check_names_the_sliver_that_decides_the_time_step(tmp_path, capsys):
     assert "merge slivers with bsm-mesh check --repair FILE" in told
 
 
+def bridged(overlap, **given):
+    """Return a block on two others, on the first of them by an overlap [m]; their dashpots are a fifth of critical."""
+    polygons = [rectangle(-1, -1, 3, 0), rectangle(0, 0, 1, 1), rectangle(1.5, 0, 2.5, 1)]
+    polygons.append(rectangle(1 - overlap, 1, 2.5, 2))
+    return shaken(polygons, bsm.Shaking(**SHORT, contact_damping=0.2, **given))
+
+
+def test_the_dashpot_of_a_short_contact_leaves_the_time_step_alone():
+    (long,), (short,) = estimates(bridged(1e-2)), estimates(bridged(1e-6))
+    assert short.steps == pytest.approx(long.steps, rel=0.02)
+
+
+def test_heavier_blocks_make_the_time_step_longer_with_dashpots_too():
+    (real,), (heavier,) = estimates(bridged(0.1)), estimates(bridged(0.1, mass_scaling=4))
+    assert 2 < heavier.time_step / real.time_step < 4  # the root of the masses by springs, the masses by dashpots
+
+
 def test_the_order_of_a_time_is_in_words():
     times = (1.0, 100.0, 1000.0, 1e4, 1e6)
     assert [order_of(seconds) for seconds in times] == [

@@ -7,9 +7,9 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.shaking import Shaking
-from bsm_mesh.solve.motion.contact_columns import SingleArray
+from bsm_mesh.solve.motion.contact_columns import SingleArray, stiffness_sums
 from bsm_mesh.solve.motion.energy import real_masses
-from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, spring_sums
+from bsm_mesh.solve.motion.masses import WEIGHED, Masses, MotionSettings, Weighed, spring_sums
 from bsm_mesh.solve.motion.quiet_ends import QuietEnds
 from bsm_mesh.solve.step.equations import StepEquations
 
@@ -61,65 +61,75 @@ class RealMasses(Masses):
 
     def weigh(self, weighed: Weighed) -> None:
         """Reduce the stable time step to that of contacts: blocks a, b (k,) and columns (k,)."""
-        free = ~self._system.prescribed_blocks
         self._sums = spring_sums(self._system, weighed, self._settings.heavier_bolts)
         if self._ends is not None:
             self._sums = self._sums + self._ends.sums(self._sums)
+        self._dashpot_sums = self._sums_of_dashpots(weighed)
         self._least_masses = self._settings.heavier * self._sums / self._shaking.time_step**2
-        needed = (self._least_masses / self._shaking.mass_scaling / self.real)[free].max(initial=0.0)
+        needed = self._needed.max(initial=0.0)
         d, window = self._system.d, self._settings.window
-        # Without contacts: no block falls by more than a window in a time step.
-        needed = max(needed, self._needed_by_dashpots(weighed))
         if self._ends is not None:
             needed = max(needed, self._ends.needed / self._shaking.time_step**2)
+        # Without contacts: no block falls by more than a window in a time step.
         steps = (1 / np.sqrt(needed) if needed > 0 else np.inf, np.sqrt(2 * window * d / GRAVITY))
         self.stable = min(self.stable, *map(float, steps))
 
     @property
     def step_of_block(self) -> FloatArray:
-        """The time step that each block allows (n,) [s], by its springs alone; infinite where it is fixed or free."""
-        free = ~self._system.prescribed_blocks[:, None]
-        needed = np.where(free, self._least_masses / self._shaking.mass_scaling / self.real, 0.0).max(axis=1)
+        """The time step that each block allows (n,) [s], by its contacts and bolts; infinite if fixed or free."""
         with np.errstate(divide="ignore"):
-            return np.asarray(1 / np.sqrt(needed), dtype=np.float64)
+            return np.asarray(1 / np.sqrt(self._needed), dtype=np.float64)
 
-    def _needed_by_dashpots(self, weighed: Weighed) -> float:
-        """Return the least inverse square of the time step [1/s2] with which dashpots let no wave grow; 0: none.
+    @property
+    def _needed(self) -> FloatArray:
+        """Least inverse squares of the time step with which no wave grows, (n,) [1/s2].
 
-        A dashpot c (over a cycle) with springs of the sum S is stable with masses m where ``m / S - 1 >= 2 c / k``.
-        With ``c = z 2 sqrt(k m')``, m' of both blocks, that is a square equation of the inverse of the time step.
+        Masses m over the square of a time step 1/x are stable with ``m x^2 >= S + 2 D x``, by the Gershgorin sums S of
+        springs and D of dashpots.
+        """
+        needed = self._least_masses / self._shaking.mass_scaling / self.real
+        dashpots = self._dashpot_sums
+        if dashpots.any():
+            most = self._shaking.mass_scaling * self.real
+            root = (dashpots + np.sqrt(dashpots**2 + most * self._sums)) / most
+            needed = np.maximum(needed, root**2 / self._shaking.time_step**2)
+        of_block: FloatArray = np.where(self._system.prescribed_blocks[:, None], 0.0, needed).max(axis=1)
+        return of_block
+
+    def _sums_of_dashpots(self, weighed: Weighed) -> FloatArray:
+        """Return the Gershgorin sums of dashpots, (n, 3) [N s/m2, N s/m2, N s].
+
+        Across a face and along it a contact's dashpots have the same ratio to its springs: so have their sums.
         """
         a, b, columns = weighed
-        damping, fixed = self._shaking.dashpots, self._system.prescribed_blocks
-        if damping == 0 or not len(a):
-            return 0.0
+        if self._shaking.dashpots == 0:
+            return np.zeros_like(self._sums)
         stiffness = columns["normal_stiffness"].astype(np.float64)
-        inverse = np.where(fixed, 0.0, 1 / self.real[:, 0])
-        with np.errstate(divide="ignore"):
-            linear = 4 * damping / np.sqrt(stiffness * np.maximum(inverse[a] + inverse[b], np.finfo(float).tiny))
-            square = (self.real / self._sums).min(axis=1)
-        square[fixed] = np.inf
-        square = np.minimum(square[a], square[b])
-        moves = np.isfinite(square)
-        linear, square = linear[moves], square[moves]
-        root = (linear + np.sqrt(linear**2 + 4 * square)) / (2 * square)
-        return float((root**2).max(initial=0.0)) / self._shaking.time_step**2
+        over = self._dashpots(1 / self.real[:, 0], a, b, stiffness) / stiffness
+        alike = {name: columns[name] for name in WEIGHED}
+        alike |= {name: (columns[name] * over).astype(np.float32) for name in ("normal_stiffness", "shear_stiffness")}
+        sums: FloatArray = stiffness_sums(a, b, *alike.values(), len(self._sums))
+        return sums
+
+    def _dashpots(self, inverse: FloatArray, a: IntArray, b: IntArray, stiffness: FloatArray) -> FloatArray:
+        """Return the dashpots of contacts (k,) by inverse masses (n,): `Shaking.dashpots` times the critical ones."""
+        inverse = np.where(self._system.prescribed_blocks, 0.0, inverse)
+        return self._shaking.dashpots * critical_dashpots(stiffness, inverse[a] + inverse[b])
 
     def dashpots(self, a: IntArray, b: IntArray, normal_stiffness: SingleArray | FloatArray) -> SingleArray:
-        """Return the dashpots of contacts (k,): `Shaking.dashpots` times the critical ones."""
+        """Return the dashpots of contacts (k,) by the real masses, whatever `Shaking.mass_scaling` is."""
         if self._shaking.dashpots == 0:
             return np.zeros(len(a), np.float32)
-        inverse = np.where(self._system.prescribed_blocks, 0.0, 1 / self.mass[:, 0])
-        critical = critical_dashpots(normal_stiffness.astype(np.float64), inverse[a] + inverse[b])
-        dashpots: SingleArray = (self._shaking.dashpots * critical).astype(np.float32)
-        return dashpots
+        inverse = 1 / (self.real[:, 0] * (GRAVITY * self.inverse_rate))
+        return self._dashpots(inverse, a, b, normal_stiffness.astype(np.float64)).astype(np.float32)
 
     def set_time_step(self, time_step: float) -> None:
         """Set the masses over the square of a time step [s], none greater than stable."""
         self.inverse_rate = 1 / (GRAVITY * time_step**2)
-        real = self.real / time_step**2
+        real, part = self.real / time_step**2, self._shaking.time_step
+        least = np.maximum(self._least_masses, self._sums / part**2 + 2 * self._dashpot_sums / (part * time_step))
         free = ~self._system.prescribed_blocks[:, None]
-        self.mass = np.where(free, np.maximum(real, self._least_masses), real)
+        self.mass = np.where(free, np.maximum(real, least), real)
 
     def update(self, sums: FloatArray) -> None:
         """Do nothing: `weigh` and `set_time_step` are called instead."""
