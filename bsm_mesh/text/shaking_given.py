@@ -29,11 +29,22 @@ def expected_notes(estimates: Iterable[TimeSteps], blocks: Blocks) -> list[str]:
     return [
         f"{named_stage(each.stage)}: block {each.block} at {place(blocks.moments.centroid[each.block].round(3))} m, "
         f"{engineering(float(blocks.moments.area[each.block]), 'm2')}, makes the time step {each.shorter:.2g} times "
-        "shorter than the median block does; merge slivers with bsm-mesh check --repair FILE, change spacing or seed "
-        "of the joints, or set mass_scaling in [stage.shaking]"
+        "shorter than the median block does; merge slivers with bsm-mesh check --repair FILE, or change spacing or "
+        f"seed of the joints{_with_scaling(each)}"
         for each in estimates
         if each.block is not None and each.shorter >= SHORT
     ]
+
+
+def _with_scaling(each: TimeSteps) -> str:
+    """Return the cure of heavier blocks, where there is one, and its effect."""
+    if each.scaling == 1:
+        return ""
+    blocks = f"{counted(each.heavier, 'block')} up to {each.scaling:g} times as heavy"
+    return (
+        f"; or set mass_scaling = {each.scaling:g} in [stage.shaking], with {blocks} and the time step "
+        f"{each.longer:.2g} times as long"
+    )
 
 
 def _expected(each: TimeSteps) -> str:

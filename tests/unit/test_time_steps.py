@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -92,6 +93,11 @@ def test_check_names_the_sliver_that_decides_the_time_step(tmp_path, capsys):
     assert f"note: stage {STAGE}: block 5 at (-1.499, 0.001) m" in told
     assert "22 times shorter" in told
     assert "merge slivers with bsm-mesh check --repair FILE" in told
+    assert "set mass_scaling = 10 in [stage.shaking], with 1 block up to 10 times as heavy" in told
+    assert "the time step 3.2 times as long" in told
+    (given,) = estimates(shaken(polygons, replace(EXPLICIT, mass_scaling=10)))
+    assert given.scaling == 1  # no usual factor is left
+    assert given.time_step / estimates(shaken(polygons, EXPLICIT))[0].time_step == pytest.approx(10**0.5, rel=0.01)
 
 
 def bridged(overlap, **given):

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import IntArray
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
+from bsm_mesh.model.quantities import MASS_SCALING
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
@@ -51,14 +52,22 @@ def time_steps_of(model: Model, options: Options) -> list[TimeSteps]:
         blocks = scheme.blocks_before_shaking(part, number)
         estimate = estimated(stage.name, stage.shaking, blocks)
         if isinstance(blocks, ShakenMotion):
-            estimate = replace(estimate, **_shortest(blocks.step_of_block, part.block))
+            estimate = replace(estimate, **_shortest(blocks, stage.shaking.mass_scaling, part.block))
         found.append(estimate)
     return found
 
 
-def _shortest(steps: FloatArray, number: IntArray) -> dict[str, Any]:
-    """Return the block with the shortest of time steps (n,) [s] by its number, where any has one."""
+def _shortest(blocks: ShakenMotion, given: float, number: IntArray) -> dict[str, Any]:
+    """Return the block with the shortest time step by its number, and the effect of a usual mass scaling."""
+    steps = blocks.steps_of_blocks(given)
     block, limited = int(steps.argmin()), steps[np.isfinite(steps)]
     if not limited.size:
         return {}
-    return {"block": int(number[block]), "shorter": float(np.median(limited) / steps[block])}
+    found = {"block": int(number[block]), "shorter": float(np.median(limited) / steps[block])}
+    assert MASS_SCALING.usual is not None
+    scaling = MASS_SCALING.usual[1]
+    if given >= scaling:
+        return found
+    least = float(blocks.steps_of_blocks(scaling).min())
+    heavier = int((blocks.steps_of_blocks(1.0) < least).sum())
+    return found | {"scaling": scaling, "longer": least / float(steps[block]), "heavier": heavier}

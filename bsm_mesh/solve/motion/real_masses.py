@@ -66,7 +66,7 @@ class RealMasses(Masses):
             self._sums = self._sums + self._ends.sums(self._sums)
         self._dashpot_sums = self._sums_of_dashpots(weighed)
         self._least_masses = self._settings.heavier * self._sums / self._shaking.time_step**2
-        needed = self._needed.max(initial=0.0)
+        needed = self._needed(self._shaking.mass_scaling).max(initial=0.0)
         d, window = self._system.d, self._settings.window
         if self._ends is not None:
             needed = max(needed, self._ends.needed / self._shaking.time_step**2)
@@ -74,23 +74,21 @@ class RealMasses(Masses):
         steps = (1 / np.sqrt(needed) if needed > 0 else np.inf, np.sqrt(2 * window * d / GRAVITY))
         self.stable = min(self.stable, *map(float, steps))
 
-    @property
-    def step_of_block(self) -> FloatArray:
-        """The time step that each block allows (n,) [s], by its contacts and bolts; infinite if fixed or free."""
+    def steps_of_blocks(self, mass_scaling: float) -> FloatArray:
+        """Return the time step that each block allows under a `mass_scaling` (n,) [s]; infinite if fixed or free."""
         with np.errstate(divide="ignore"):
-            return np.asarray(1 / np.sqrt(self._needed), dtype=np.float64)
+            return np.asarray(1 / np.sqrt(self._needed(mass_scaling)), dtype=np.float64)
 
-    @property
-    def _needed(self) -> FloatArray:
-        """Least inverse squares of the time step with which no wave grows, (n,) [1/s2].
+    def _needed(self, mass_scaling: float) -> FloatArray:
+        """Return the least inverse squares of the time step with which no wave grows, (n,) [1/s2].
 
         Masses m over the square of a time step 1/x are stable with ``m x^2 >= S + 2 D x``, by the Gershgorin sums S of
         springs and D of dashpots.
         """
-        needed = self._least_masses / self._shaking.mass_scaling / self.real
+        needed = self._least_masses / mass_scaling / self.real
         dashpots = self._dashpot_sums
         if dashpots.any():
-            most = self._shaking.mass_scaling * self.real
+            most = mass_scaling * self.real
             root = (dashpots + np.sqrt(dashpots**2 + most * self._sums)) / most
             needed = np.maximum(needed, root**2 / self._shaking.time_step**2)
         of_block: FloatArray = np.where(self._system.prescribed_blocks[:, None], 0.0, needed).max(axis=1)

@@ -90,10 +90,9 @@ class ShakenMotion(ExplicitMotion):
         """The time step with the present contacts [s]: a part of the stable one."""
         return self._masses.stable
 
-    @property
-    def step_of_block(self) -> FloatArray:
-        """The time step that each block allows (n,) [s], as in `RealMasses`."""
-        return self._masses.step_of_block
+    def steps_of_blocks(self, mass_scaling: float) -> FloatArray:
+        """Return the time step that each block allows under a `mass_scaling` (n,) [s], as `RealMasses` does."""
+        return self._masses.steps_of_blocks(mass_scaling)
 
     def steps_to(self, until: float) -> int:
         """Return the number of time steps to a time [s], with the present contacts."""

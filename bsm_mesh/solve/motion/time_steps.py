@@ -34,6 +34,10 @@ class TimeSteps:
         The rigid block that allows the shortest time step; None of blocks with zones and the implicit integrator.
     shorter : float
         How many times as long a time step the median block allows.
+    scaling : float
+        A usual `Shaking.mass_scaling` that makes the time step longer; 1: none does, or it is given.
+    longer, heavier : float, int
+        How many times as long it makes the time step, and how many blocks it makes heavier.
     """
 
     stage: str
@@ -43,6 +47,9 @@ class TimeSteps:
     seconds: float
     block: int | None = None
     shorter: float = 1.0
+    scaling: float = 1.0
+    longer: float = 1.0
+    heavier: int = 0
 
 
 def estimated(name: str, shaking: Shaking, blocks: Any) -> TimeSteps:
