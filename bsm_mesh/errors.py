@@ -59,6 +59,9 @@ def _of_one_kind(faults: list[str]) -> list[str]:
     return [f"{faults[0]} [{len(faults) - 1} more of this kind{': ' if named else ''}{named}]"]
 
 
+NO_PANDAS = "to_pandas needs the Python package 'pandas'; install it: pip install pandas"
+
+
 class ModelError(InputError):
     """A model cannot be analysed.
 

@@ -27,14 +27,14 @@ from bsm_mesh.studies.scheduler import Processes, Scheduler
 from bsm_mesh.studies.statistics import MOVEMENT_LIMIT, summary_of
 from bsm_mesh.studies.table import StudyTable, make_table
 from bsm_mesh.text.progress import Progress
-from bsm_mesh.text.study_tables import print_study
+from bsm_mesh.text.study_tables import print_study, study_rows
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.version import __version__
 
 OFTEN = 2.0  # s between two lines of progress
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class StudyResults:
     """The outcome of a study.
 
@@ -54,6 +54,10 @@ class StudyResults:
     summary: Mapping[str, Any]
     folder: Path
     pictures: tuple[Path, ...]
+
+    def __repr__(self) -> str:
+        title, _, rows = study_rows(self.summary)[0]
+        return f"{title}: {'; '.join(' '.join(row) for row in rows)}; in {self.folder}"
 
 
 def run_study(

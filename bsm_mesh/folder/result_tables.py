@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import NO_PANDAS, ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.tables import ResultTable, result_table
@@ -79,7 +79,7 @@ def frame_of(table: ResultTable) -> Any:
     try:
         import pandas as pd
     except ImportError:
-        raise ModelError("to_pandas needs the Python package 'pandas'; install it: pip install pandas") from None
+        raise ModelError(NO_PANDAS) from None
     columns = {h: pd.Categorical(v) if v.dtype == object else v for h, v in table.columns.items()}
     frame = pd.DataFrame(columns)
     frame.attrs["units"] = dict(table.units)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import NO_PANDAS, ModelError, counted
 from bsm_mesh.files import whole_file
 from bsm_mesh.studies.sampling import Plan
 
@@ -34,7 +34,7 @@ FACTOR: dict[str, Kind] = {
 LAST: dict[str, Kind] = {"seconds": "float64", "error": "string"}
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class StudyTable:
     """The outcome of the runs of a study, one row a run, in their order.
 
@@ -51,6 +51,9 @@ class StudyTable:
     keys: tuple[str, ...]
     columns: Mapping[str, list[Any]]
     metadata: Mapping[str, str]
+
+    def __repr__(self) -> str:
+        return f"StudyTable: {counted(self.count, 'run')}; columns {', '.join(self.columns)}"
 
     @property
     def count(self) -> int:
@@ -69,10 +72,28 @@ class StudyTable:
         """Return which runs have one of these statuses, (n,)."""
         return np.isin(np.array([str(status) for status in self.columns["status"]]), names)
 
+    def to_pandas(self) -> Any:
+        """Return the table as a pandas DataFrame, a row a run, in the units of ``study.parquet``.
+
+        Raises
+        ------
+        ModelError
+            If pandas is not installed.
+        """
+        try:
+            return self._arrow().to_pandas()
+        except ImportError:
+            raise ModelError(NO_PANDAS) from None
+
     def write(self, path: Path) -> None:
         """Write it as a Parquet file, whole or not at all, compressed by Zstandard."""
-        import pyarrow as pa
         from pyarrow import parquet
+
+        with whole_file(path, settled=True) as draft:
+            parquet.write_table(self._arrow(), draft, compression="zstd")
+
+    def _arrow(self) -> Any:
+        import pyarrow as pa
 
         types = {"string": pa.string(), "int64": pa.int64(), "float64": pa.float64()}
         kinds = {"run": "int64", **ANSWERS, **FACTOR, **LAST}
@@ -81,8 +102,7 @@ class StudyTable:
             for name, values in self.columns.items()
         ]
         schema = pa.schema(fields, metadata={**self.metadata, "keys": "\n".join(self.keys)})
-        with whole_file(path, settled=True) as draft:
-            parquet.write_table(pa.table(dict(self.columns), schema=schema), draft, compression="zstd")
+        return pa.table(dict(self.columns), schema=schema)
 
     @classmethod
     def read(cls, path: Path) -> StudyTable:

@@ -371,3 +371,13 @@ def test_a_factor_beside_the_verdict(study: Case, factors: list[dict[str, Any]])
     found = work_of(loaded, "key")(0, loaded.plan.of(0))
     assert found["stage"] == "initial"
     assert found["factor"] > 0
+
+
+def test_a_table_is_printed_in_a_line_and_is_a_frame_of_pandas():
+    columns = {"run": [0, 1], "joint.J1.friction": [30.0, 31.5], "status": ["stable", None]}
+    table = StudyTable(keys=("joint.J1.friction",), columns=columns, metadata={})
+    assert repr(table) == "StudyTable: 2 runs; columns run, joint.J1.friction, status"
+    pytest.importorskip("pandas")
+    frame = table.to_pandas()
+    assert list(frame) == list(columns)
+    assert frame["joint.J1.friction"].tolist() == [30.0, 31.5]
