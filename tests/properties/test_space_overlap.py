@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.overlap import LEAST, unexplained_overlap
+from tests.scenes.polyhedra import hull
 
 PAIRS = 12  # a seed
 STEEPEST = 1e8  # 1/m: planes between corners that are nearer than its inverse are rounding
@@ -23,17 +24,10 @@ VOLUME = 1e-9  # relative: two sums over the same corners
 APART = 10.0  # m between blocks as given
 
 
-def hull(rng, centre):
+def random_hull(rng, centre):
     """Return corners and faces of the hull of random points, faces counter-clockwise seen from outside."""
-    points = rng.normal(size=(rng.integers(4, 13), 3)) * rng.uniform(0.3, 1.5, size=3)
-    found = ConvexHull(points)
-    number = np.full(len(points), -1)
-    number[found.vertices] = np.arange(len(found.vertices))
-    corner = points[found.simplices]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    inward = (across * found.equations[:, :3]).sum(axis=1) < 0
-    faces = np.where(inward[:, None], found.simplices[:, ::-1], found.simplices)
-    return points[found.vertices] + centre, number[faces].tolist()
+    points, faces = hull(rng.normal(size=(rng.integers(4, 13), 3)) * rng.uniform(0.3, 1.5, size=3))
+    return points + centre, faces
 
 
 def moved(points, centroid, movement):
@@ -82,7 +76,7 @@ def test_pairs_overlap_where_no_plane_separates_them(seed):
     rng = np.random.default_rng(seed)
     seen = []
     for pair in range(PAIRS):
-        solids = [hull(rng, (APART * k, 0, 0)) for k in range(2)]
+        solids = [random_hull(rng, (APART * k, 0, 0)) for k in range(2)]
         blocks = bsm.Polyhedra.from_solids(solids, rock="granite", joint="J1")
         centroid = blocks.moments.centroid
         movement = np.concatenate([rng.normal(size=(2, 3)) * 0.8, rng.uniform(-3, 3, size=(2, 3))], axis=1)
@@ -109,7 +103,7 @@ def test_pairs_overlap_where_no_plane_separates_them(seed):
 def test_the_worst_pair_of_many_blocks_is_found(seed):
     """Eight hulls thrown together, some of them excavated: the greatest of all pairs, whatever the boxes say."""
     rng = np.random.default_rng(100 + seed)
-    solids = [hull(rng, (APART * k, 0, 0)) for k in range(8)]
+    solids = [random_hull(rng, (APART * k, 0, 0)) for k in range(8)]
     blocks = bsm.Polyhedra.from_solids(solids, rock="granite", joint="J1")
     movement = np.concatenate([rng.uniform(-1, 1, size=(8, 3)), rng.uniform(-3, 3, size=(8, 3))], axis=1)
     movement[:, 0] -= APART * np.arange(8)

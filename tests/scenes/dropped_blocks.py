@@ -5,29 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 from scipy.optimize import linprog
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.three_d.overlap import unexplained_overlap
-from tests.scenes.polyhedra import box, model_in_space
+from tests.scenes.polyhedra import box, hull, model_in_space
 
 KINDS = ("hulls", "boxes", "pile")
 FRICTIONS = (20, 35, 50)  # degrees
 GAP = 1e-3  # m: between a block and the next below it, along the vertical
-
-
-def hull(points):
-    """Return the corners of a hull of points, and its triangles, counter-clockwise seen from outside."""
-    found = ConvexHull(points)
-    number = np.full(len(points), -1)
-    number[found.vertices] = np.arange(len(found.vertices))
-    corner = points[found.simplices]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    inward = (across * found.equations[:, :3]).sum(axis=1) < 0
-    faces = np.where(inward[:, None], found.simplices[:, ::-1], found.simplices)
-    return points[found.vertices], number[faces].tolist()
 
 
 def random_block(rng, kind):

@@ -1,6 +1,7 @@
 """Models of polyhedra that several tests solve: boxes, prisms of polygons, blocks on an incline."""
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 import bsm_mesh as bsm
 
@@ -57,3 +58,15 @@ def on_incline(dip, azimuth=0.0, **more):
     """Return a cube of 1 m on a plane that dips."""
     solids = [box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))]
     return model_in_space(turned(solids, rotation(azimuth, dip)), **more)
+
+
+def hull(points):
+    """Return the corners of a hull of points, and its triangles, counter-clockwise seen from outside."""
+    found = ConvexHull(points)
+    number = np.full(len(points), -1)
+    number[found.vertices] = np.arange(len(found.vertices))
+    corner = points[found.simplices]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    inward = (across * found.equations[:, :3]).sum(axis=1) < 0
+    faces = np.where(inward[:, None], found.simplices[:, ::-1], found.simplices)
+    return points[found.vertices], number[faces].tolist()

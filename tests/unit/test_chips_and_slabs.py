@@ -9,6 +9,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.results.movement import moved_beside
 from bsm_mesh.results.records import Status
+from bsm_mesh.solve.stages.solution import notes_on_movement
 
 DIP, FRICTION = 30.0, 35.0
 CHIP, SLAB = 2, 1
@@ -48,5 +49,9 @@ def test_blocks_that_moved_far_as_another_fell_are_found():
     stage = bsm.run(model).stages[-1]
     assert stage.unstable_blocks.tolist() == [SLAB, CHIP]
     assert moved_beside(model.blocks, stage).tolist() == []
-    assert moved_beside(model.blocks, replace(stage, unstable_blocks=np.array([CHIP]))).tolist() == [SLAB]
+    chip_alone = replace(stage, unstable_blocks=np.array([CHIP]))
+    assert moved_beside(model.blocks, chip_alone).tolist() == [SLAB]
+    (note,) = notes_on_movement(model.blocks, chip_alone)
+    assert note.startswith(f"the fall of block {CHIP} ended the run")
+    assert f"block {SLAB} moved by more than a tenth of its size" in note
     assert moved_beside(model.blocks, replace(stage, status=Status.STABLE)).tolist() == []

@@ -44,6 +44,7 @@ def test_small_multipliers(seed):
     assert found.answer is Answer.SOLVED
     assert_allclose(np.concatenate([found.of_balance, found.of_bounds[:-1]]), exact, atol=1e-6)
     assert found.loose.max() <= EXACT * np.abs(exact).max()
+    assert_allclose(found.proved, found.x[-1], rtol=1e-8)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -54,6 +55,7 @@ def test_multipliers_that_prove_that_there_is_no_solution(seed):
     found = minimise(np.zeros(20), csr_array((0, 20)), none, csr_array(bounded), np.full(60, -1.0))
     assert found.answer is Answer.INFEASIBLE
     assert found.of_bounds.sum() > 0.5
+    assert found.proved > 0.5
     assert found.loose.max() <= EXACT * found.of_bounds.max()
 
 

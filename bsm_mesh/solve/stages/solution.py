@@ -181,7 +181,7 @@ class StageSolution:
             self._keep()
         state.forget_released()
         stage = replace(stage, small_blocks=self._small_blocks())
-        movement, crushing = _notes_on_movement(run.model.blocks, stage), notes_on_crushing(run.model, stage)
+        movement, crushing = notes_on_movement(run.model.blocks, stage), notes_on_crushing(run.model, stage)
         given = notes_on_given_position(run.model, stage, self._proof)
         found = (*notes_on_shaking(run.model, stage), *movement, *given, *crushing)
         stage = replace(stage, notes=(*stage.notes, *found))
@@ -318,7 +318,7 @@ class StageSolution:
         )
 
 
-def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
+def notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
     """Report blocks far from their place at the stage's start: at rest, too small to count, or amid a fall."""
     far = moved_far(blocks, stage)
     moved = distances(stage.stage_displacement)
