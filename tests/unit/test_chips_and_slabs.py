@@ -9,6 +9,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.results.movement import moved_beside
 from bsm_mesh.results.records import Status
+from bsm_mesh.safety.criterion import Ended
 from bsm_mesh.solve.stages.solution import notes_on_movement
 
 DIP, FRICTION = 30.0, 35.0
@@ -55,3 +56,21 @@ def test_blocks_that_moved_far_as_another_fell_are_found():
     assert note.startswith(f"the fall of block {CHIP} ended the run")
     assert f"block {SLAB} moved by more than a tenth of its size" in note
     assert moved_beside(model.blocks, replace(stage, status=Status.STABLE)).tolist() == []
+
+
+def test_a_trial_that_ends_as_a_chip_falls_names_the_slab_that_moved_as_far_as_counts():
+    blocks = slope(20.0, stop=False).blocks
+    displacement = np.zeros((3, 3))
+    displacement[[SLAB, CHIP], 0] = -0.1, -6.0  # 7 % of the slab's size
+    ended = Ended(
+        value=1.0,
+        status=Status.UNSTABLE,
+        reason="",
+        displacement=displacement,
+        down=np.array([CHIP], dtype=np.int32),
+        seconds=0.0,
+        results=None,
+    )
+    counts = np.ones(3, dtype=bool)
+    assert bsm.Failure().judge(ended, None, blocks, counts).blocks.tolist() == [SLAB, CHIP]
+    assert bsm.Failure(movement=0.08).judge(ended, None, blocks, counts).blocks.tolist() == [CHIP]
