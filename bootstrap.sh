@@ -246,7 +246,6 @@ with_report() {
 
 # The daily tier has no test of signals, kills, full disks and wheels (robust), and none that is slow (heavy).
 daily="not slow and not robust and not heavy"
-apart="(robust or heavy) and not slow"
 
 # Tests that take MKL where it is there, and those whose numbers change most by it.
 where_mkl_matters="tests/examples/test_examples.py tests/properties/test_invariants.py tests/unit/test_linear_solvers.py
@@ -298,11 +297,11 @@ test_all() {
     # Side by side with the tests, so that no core waits for another; their words are shown afterwards.
     checks_beside_tests >"$report.beside" 2>&1 &
     check "doctests" run_doctests
-    check "tests" run_tests "$daily"
+    if [ "$tier" = all ]; then which="not slow"; else which=$daily; fi
+    check "tests" run_tests "$which"
     wait $! || true
     cat "$report.beside"
     if [ "$tier" = all ]; then
-        check "tests of the other tier" run_tests "$apart"
         install_project "$(test_extras)"
         # shellcheck disable=SC2086 # a list of names
         check "tests with MKL" run_tests "not slow" $where_mkl_matters

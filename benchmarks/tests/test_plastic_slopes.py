@@ -6,7 +6,7 @@ import pytest
 from benchmarks.plastic_slopes import Count, ask_below, ask_beyond, drawn, limit
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_slope_collapses_beyond_its_limit_and_not_below():
     model = drawn(np.random.default_rng(3))
     low, high = limit(model)

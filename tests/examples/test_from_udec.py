@@ -16,7 +16,7 @@ from tests.scenes.typed_lines import type_line
 PAGE = (Path(__file__).parents[2] / "docs/from_udec_and_rs2.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_the_problem_runs(case: Case) -> None:
     files = files_of(PAGE)

@@ -28,7 +28,7 @@ def page(case: Case) -> str:
     return text
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(PAGE.parents[1]))
     for line in typed(page):

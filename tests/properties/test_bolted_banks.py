@@ -41,7 +41,7 @@ def bolted_banks(draw):
     return model.replace(bolts=bolts)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @FEW
 @given(bolted_banks())
 def test_a_bolted_bank_ends_in_a_verdict(model):
@@ -63,7 +63,7 @@ def test_a_bolted_bank_ends_in_a_verdict(model):
     assert len(block) == len(force)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @settings(max_examples=10, derandomize=True, deadline=None)
 @given(bolted_banks())
 def test_limit_analysis_agrees_with_a_stable_end(model):

@@ -51,7 +51,7 @@ def test_bound_of_the_factor(tmp_path: Path, slope: tuple[float, float, float, f
         assert found.beyond == pytest.approx(expected.beyond, rel=SAME), name
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", SLOPES[:2])
 def test_bound_where_every_element_is_a_block(tmp_path: Path, slope: tuple[float, float, float, float]) -> None:
     expected = strength_limit(model_of(tmp_path / "a.msh", slope, "origin", "elements"))

@@ -55,7 +55,7 @@ def places(frame: np.ndarray) -> np.ndarray:
     return np.argwhere(np.abs(frame.astype(int) - RED).max(axis=2) < 40)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_movement_as_a_gif(moved: Case) -> None:
     outcome = moved.run("plot", "out/model", "--animate")
     assert outcome.code == 0, outcome.err

@@ -111,6 +111,7 @@ def test_an_answer_that_finds_no_room(tmp_path: Path, readers: Any, monkeypatch:
         apart.read_apart(readers.finds_much, tmp_path / "a.bad")
 
 
+@pytest.mark.slow
 def test_a_small_file_that_declares_many_cells(tmp_path: Path) -> None:
     (tmp_path / "a.vtu").write_text(MANY_CELLS)
     with pytest.raises(ModelError, match=r"a\.vtu: .*damaged"):

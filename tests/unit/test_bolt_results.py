@@ -121,7 +121,7 @@ def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     assert "<td>weak</td><td>slipping</td>" in page
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_pictures_show_bolts(case: Case) -> None:
     from matplotlib.image import imread

@@ -180,6 +180,7 @@ def beside(x):
 ASK = "from caller import kernel; import bsm_mesh.kernel_files as files; print(kernel(0), files._compiled)"
 
 
+@pytest.mark.slow
 def test_a_kernel_is_compiled_anew_exactly_where_something_changes_that_goes_into_it(copy: Path) -> None:
     """Its own file is the same; going back compiles nothing."""
     (copy / "caller.py").write_text(CALLER)

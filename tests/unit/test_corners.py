@@ -192,7 +192,7 @@ def test_the_initial_penetration_of_a_contact_is_remembered_until_it_has_come_ou
     assert len(taken(first, out).offset) == 0
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_beside_a_closed_contact_its_opposing_one_does_not_close():
     """Of both the next search would keep one: steps flipped between the two for ever."""
     rng, beside = np.random.default_rng(3), 0

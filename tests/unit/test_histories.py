@@ -289,7 +289,7 @@ def test_what_gravity_moved_before_the_stages_is_no_jump_in_the_picture() -> Non
     assert axes.get_xlabel() == "step after the in-situ state"
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_the_command(case: Case) -> None:
     """A model file with a history: its file is there, told, listed, and drawn; a wrong point ends with code 2."""

@@ -75,7 +75,7 @@ def test_results_come_back_from_their_folder(tmp_path):
     assert again.cycles == results.stages[-1].shaking.cycles
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_it_gives_up_where_contacts_bounce():
     """Without dashpots two bricks on soft joints chatter, and their impacts cannot balance as closely as is asked."""
     sine = bsm.Shaking(waveform="sine", frequency=5.0, amplitude=15.0, cycles=2, every=0.05)

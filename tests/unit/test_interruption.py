@@ -87,6 +87,7 @@ def whole_run(case: Case) -> float:
     return time.monotonic() - began
 
 
+@pytest.mark.slow
 def test_signals_at_random_moments(case: Case) -> None:
     """Imports, mesh, compiled code, writing: never a traceback, never anything half-written."""
     chance, lasts = random.Random(12), whole_run(case)

@@ -51,7 +51,7 @@ def test_where_rock_is_proved_to_move_block_theory_names_a_block_that_moves():
     assert proved >= 3
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_blocks_that_a_run_moves_are_named_by_block_theory():
     blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock(2.5)))
     held = blocks.boundary_blocks(*(name for name in blocks.boundaries if name != "tunnel"))
@@ -62,7 +62,7 @@ def test_blocks_that_a_run_moves_are_named_by_block_theory():
     assert np.isin(moved, found.block[found.unstable]).all()
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_block_that_turns_needs_more_friction_than_block_theory_says():
     """The forces of block theory leave a moment of a third of a metre times its weight: one of 0.6 m across.
 

@@ -60,7 +60,7 @@ def test_a_model_file_of_then_gives_what_it_gave(tmp_path: Path, version: int, n
         assert new.status is old.status
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_what_an_older_one_does_not_say_is_not_known(case: Case) -> None:
     unpacked(3, case.folder)

@@ -80,7 +80,7 @@ def test_every_picture_shows_something(results: Case) -> None:
         assert (middle < 0.99).any(axis=2).mean() > 0.5  # not white paper
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_the_water_table_is_seen_over_a_model_of_kilometres(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8").replace("[mesh]", '[mesh]\nunit = "km"')
@@ -296,7 +296,7 @@ def test_a_title_that_is_too_wide_is_broken_within_the_picture() -> None:
     assert title.y1 <= figure.bbox.height
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8")

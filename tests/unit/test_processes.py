@@ -65,6 +65,7 @@ def test_inside_another_program(monkeypatch: pytest.MonkeyPatch) -> None:
         python_command("probe")
 
 
+@pytest.mark.slow
 def test_settings_of_a_stranger_draw_no_picture(tmp_path: Path) -> None:
     for name, settings in (("ours", None), ("strangers", "figure.facecolor: black\n")):
         (tmp_path / name).mkdir()

@@ -40,7 +40,7 @@ def slope(tmp_path_factory):
     return results, folder, report(folder)[1]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_verdicts_with_their_grounds(slope):
     results, _, page = slope
     assert [stage.name for stage in results.stages] == re.findall(r"<h3>Stage (\w+)</h3>", page)
@@ -126,7 +126,7 @@ def test_pictures_are_in_the_page(slope):
     assert len(drawn) == len(captions) + 1  # none that the page does not show
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_pictures_that_are_missing_are_drawn(slope, tmp_path):
     """After `plot --only` the others are drawn, and those that are there stay; of other stages they are counted."""
     results, _, whole = slope

@@ -46,6 +46,7 @@ def left_late(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
     return copies_of(monkeypatch, tmp_path / "left", before=True)
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("most", [6, pytest.param(1000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("name", "scheme"), RUNS)
@@ -91,6 +92,7 @@ def frames(folder: Path) -> int:
     return len(list(folder.glob("**/blocks_0001_*.vtu")))
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("name", SHAKEN)
 def test_within_a_record(tmp_path: Path, left: list[Path], name: str) -> None:
@@ -149,6 +151,7 @@ def test_a_block_that_falls_from_where_it_slid_to(tmp_path: Path, left: list[Pat
         assert content(out) == wanted
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("scheme", ["continuation", "wang", "linear"])
 def test_stages_that_change_strength_and_shake(tmp_path: Path, left: list[Path], scheme: str) -> None:
@@ -240,6 +243,7 @@ def _resumed_after_every_stage(tmp_path: Path, left: list[Path], built: bsm.Mode
         assert content(out) == wanted
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.slow)])  # checkpoint
 def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
@@ -330,6 +334,7 @@ def test_a_pattern_that_needed_double_precision_still_does(monkeypatch: pytest.M
     assert again.double_precision == (digest if same else "")
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("stays", [True, False], ids=["full from then on", "full once"])
 def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:

@@ -112,7 +112,7 @@ def operations_of(out: Path, results: Results, swap: str, every: int) -> list[in
 
 
 @pytest.fixture(params=["exchanged", "renamed"])
-def swap(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+def swap(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, no_waiting: None) -> Iterator[str]:
     """Both ways to let a folder take the place of another."""
     if request.param == "renamed":
         monkeypatch.setattr("bsm_mesh.folder.results_folder.exchange", lambda one, other: False)
@@ -121,9 +121,9 @@ def swap(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Ite
     return request.param
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that are killed are forked")
-@pytest.mark.usefixtures("no_waiting")
+@pytest.mark.heavy
 @EVERY
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that are killed are forked")
 def test_killed_at_operations(tmp_path: Path, out: Path, old: Results, plain: Results, swap: str, every: int) -> None:
     """The reader finds the old results or the new ones, finished stages are there, and the next run clears up."""
     new, numbers = plain, operations_of(out, plain, swap, every)
@@ -154,7 +154,7 @@ def test_killed_at_operations(tmp_path: Path, out: Path, old: Results, plain: Re
     assert set(while_old) == ({0, 1, 2} if swap == "exchanged" else {2})  # every stage was there before the next
 
 
-@pytest.mark.usefixtures("no_waiting")
+@pytest.mark.heavy
 @EVERY
 @pytest.mark.parametrize("stays", [True, False], ids=["full from then on", "full once"])
 def test_out_of_room_at_operations(

@@ -146,7 +146,7 @@ def test_factor_of_an_incline_with_all_that_is_told():
     assert repr(fails).startswith(f"Mechanism at {found.unstable:.4g}: block")
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_several_processes_find_the_same_limit():
     found = factor_of_safety(incline(), processes=2)
     assert found.stable < EXACT <= found.unstable * (1 + 1e-4)

@@ -136,7 +136,7 @@ def test_pictures_of_the_answer_before_do_not_stay(given, tmp_path, monkeypatch)
     assert not list((tmp_path / "out").glob("*.png"))
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_each_varied_key_and_stage_has_its_own_folder(given, tmp_path, monkeypatch):
     model = shutil.copytree(given.parent, tmp_path / "model") / "model.toml"
     options = ["-q", "--tolerance", 0.05]
@@ -199,7 +199,7 @@ def test_nothing_that_fails():
     assert rows["limit analysis"].startswith("no upper bound: forces within strength exist")
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_limit_of_a_key(given, tmp_path):
     """The block slides at a friction of 30 degrees."""
     out = tmp_path / "out"

@@ -124,7 +124,7 @@ def test_a_block_that_topples_and_then_rests_is_in_the_verdict(tmp_path):
     assert told["stages"][-1]["verdict"].startswith(said)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_energies_balance_with_dashpots_whatever_the_windows():
     damped = replace(HARD, contact_damping=0.3, mass_damping=(0.05, 2.0))
     found = [bsm.run(wall(replace(damped, every=every))).stages[-1].shaking for every in (0.5, 0.005)]
@@ -217,7 +217,7 @@ def test_what_asks_about_blocks_at_rest_refuses_a_shaken_stage(ask, what):
         ask(block_on_plane(replace(HARD, duration=0.1, every=0.1), friction=0.6))
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_spread_compares_time_steps_and_the_record_turned_over():
     """A block on a level plane: the record turned over does the same by symmetry.
 

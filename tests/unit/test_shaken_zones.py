@@ -73,7 +73,7 @@ def test_a_bar_on_a_base_that_starts_moves_as_its_waves_do(order):
     assert stage.shaking.imbalance < 1e-9
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [0.0, 37.0])
 def test_newmarks_block_slides_over_zones(degrees):
     model, exact = newmarks_block(degrees=degrees, how={"direction": degrees})
@@ -221,7 +221,7 @@ def bonded(zones):
     return shaken_zones(slope, bsm.Shaking(record=quake(6.0, 1.0), every=0.1), joint=joint, zones=zones, young=1e9)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_block_that_slides_on_is_named():
     results = bsm.run(bonded(LARGE))
     stage = results.stages[-1]

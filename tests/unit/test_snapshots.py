@@ -168,6 +168,7 @@ def test_a_run_can_be_followed_beside_its_folder(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.slow
 def test_finished_stages_can_be_read_at_every_operation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also while snapshots go that the summary on disk still lists: to bound their number, and at the end."""
     monkeypatch.setattr("bsm_mesh.folder.snapshots.MOST_SNAPSHOTS", 4)

@@ -108,6 +108,7 @@ def test_prisms_and_hexahedra(tmp_path, recombine, count):
     assert set(rocks[blocks.moments.centroid[:, 2] < 0.05]) == {"slate"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("friction", "verdict"), [(30.001, "stable"), pytest.param(29.999, "unstable", marks=pytest.mark.heavy)]
 )

@@ -232,7 +232,7 @@ def test_the_report_of_a_run_in_space(roof: Path) -> None:
         assert part in text, part
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_command_draws_every_picture_of_space(case: Case) -> None:
     case.write("slope.toml", SLOPE + WEAKER)
     outcome = case.run("run", "slope.toml", "--pictures")

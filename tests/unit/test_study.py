@@ -64,7 +64,7 @@ def done(study: Case, whole_folder: Path) -> Case:
     return study
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_both_verdicts_occur(whole: dict[str, list[Any]]) -> None:
     """A block slips on its joint where the slope of 30 degrees, more or less, is beyond the joint's friction."""
     assert {"stable", "unstable"} <= set(whole["status"])
@@ -116,6 +116,7 @@ def test_what_is_finished_is_not_done_again(done: Case) -> None:
     assert again.new == []
 
 
+@pytest.mark.slow
 @pytest.mark.robust
 def test_a_worker_that_is_killed(study: Case, whole: dict[str, list[Any]]) -> None:
     out = study.folder / "out/study"
@@ -168,6 +169,7 @@ def heed() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+@pytest.mark.slow
 @pytest.mark.robust
 def test_ctrl_c_says_how_to_go_on(study: Case) -> None:
     """Of so many runs that a fast machine is not done before it is interrupted."""

@@ -134,7 +134,7 @@ def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -
             assert told or len(line) <= 80, line
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_what_fell_and_what_is_compared_is_told_whole(case: Case) -> None:
     """A table of what was taken away, and one with wide numbers: 80 columns, nothing cut, no word broken."""
     case.run("new", "cavern", "mine")

@@ -118,7 +118,7 @@ def prism(apex, ratio, share):
     return replace(case, stress=share * at_limit.stress)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_toppling():
     """Limiting friction 38.15 degrees, printed; its authors let blocks touch at their upper corners only."""
     contains(factor_of_safety(goodman_and_bray(42.0), tolerance=WIDTH), tan(42.0) / TOPPLING, 5e-3)

@@ -102,7 +102,7 @@ def test_quads_and_voronoi_blocks(kind, size, tmp_path):
     assert near <= NEAR_L2
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_triangles_converge(tmp_path):
     found = [errors(blocks_of("triangles", size, tmp_path)) for size in (1.8, 0.9, 0.45)]
     for l2, largest, near, count in found[1:]:

@@ -23,7 +23,7 @@ from tests.scenes.shaken import (
 )
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_newmark_block_slides_as_far_as_after_a_pulse():
     a, slows, t0 = 0.5 * GRAVITY, 0.2 * GRAVITY, 0.3
     exact = (a - slows) * t0**2 / 2 * a / slows
@@ -73,7 +73,7 @@ def test_free_vibration_keeps_its_energy():
     assert np.ptp(total) < 1e-6 * total.mean()
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 0.2])
 def test_both_integrators_agree_on_a_wall(damping):
     record = bsm.Shaking(record=quake(0.4 * GRAVITY, 2.5), every=0.05, contact_damping=damping)

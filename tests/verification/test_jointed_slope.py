@@ -81,7 +81,7 @@ def test_what_rests_is_found_in_two_steps(turn, scale):
     assert sum(step.factorizations for step in results.stages[0].steps) < 25
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(("dips", "frictions"), [((80.0, -25.0), (24.9, 25.1)), ((60.0, -30.0), (31.0, 32.0))])
 def test_a_slope_of_more_blocks_moves_where_statics_knows_no_rest_and_only_there(dips, frictions):
     """To either side of the limit, in slopes whose blocks are followed by cycles of damped motion."""

@@ -21,7 +21,7 @@ SLOPE, FRICTION = 30.0, NormalDist(mu=32.0, sigma=3.0)
 RUNS, TOLERANCE = 8, 0.02
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("answers", ["factor_of_safety", "verdict"])
 def test_an_unstable_first_stage_is_a_failure(tmp_path: Path, answers: str) -> None:
     """A stage that is not reached has a factor below 1. Such runs were counted as faults."""

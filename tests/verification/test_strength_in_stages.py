@@ -187,7 +187,7 @@ def test_in_the_linear_scheme_it_shows_in_utilisation_and_a_note():
     assert_array_equal(results.stages[1].contacts.shear_force, results.stages[0].contacts.shear_force)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @FEW
 @given(jointed_banks())
 def test_the_whole_strength_in_every_stage_changes_no_digit(model):

@@ -85,6 +85,7 @@ def test_limit_analysis_by_straight_lines(model):
     assert not bsm.limit_analysis(with_strength(model, {"*": 0.2})).admissible
 
 
+@pytest.mark.slow
 def test_stages_weaken_it_and_in_situ_presses_it(model):
     field = bsm.InSitu(stress={"xx": -2e4, "yy": -2e4, "xy": 0.0})
     stages = [bsm.Stage(name="weaker", strength={"J": 0.9}), bsm.Stage(name="gone", strength={"J": 0.2})]

@@ -27,6 +27,7 @@ def _told(state: State) -> str:
     return "\n".join(state.lines())
 
 
+@pytest.mark.slow
 def test_a_slice_of_faulty_inputs(tmp_path: Path) -> None:
     done = fuzz.fuzz(tmp_path, inputs=1, seed=SEED, processes=1, targets=list(SLICE), sizes=SLICE)
     assert {name: sum(part["counts"].values()) for name, part in done.told["parts"].items()} == SLICE
@@ -35,11 +36,13 @@ def test_a_slice_of_faulty_inputs(tmp_path: Path) -> None:
     assert again.told == done.told  # what is done is not done again
 
 
+@pytest.mark.slow
 def test_unstable_models_are_so_by_the_program_and_by_statics() -> None:
     with place() as there:
         assert demand_unstable(there) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", PARTS)
 def test_a_slice_of_changes_of_unstable_models(part: str) -> None:
     with place() as there:

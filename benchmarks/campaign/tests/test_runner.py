@@ -30,6 +30,7 @@ def record(status="stable", seconds=1.0, digest="d", contradictions=(), **more):
     }
 
 
+@pytest.mark.slow
 def test_slow_and_failing_models_are_recorded_and_the_others_run():
     found = {}
     slow = "1e4 layers"  # of 10 000 blocks
@@ -161,6 +162,7 @@ def test_an_unknown_family_is_refused_in_one_sentence(capsys):
     assert capsys.readouterr().err.startswith("error: there is no family 'wall'; there are 1e4 wall, 1e4 wall 30")
 
 
+@pytest.mark.slow
 def test_the_command_runs_resumes_and_compares(tmp_path):
     file = tmp_path / "log.jsonl"
     command = [sys.executable, "-m", "benchmarks.campaign", "--families", "beam", "--share", "0.02"]
