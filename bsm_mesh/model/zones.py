@@ -129,7 +129,7 @@ def zone_faults(model: Model) -> list[str]:
     kinds = {rock.zones.displacement for rock in zoned if rock.zones is not None}
     if len(kinds) > 1:
         faults.append('zones: some rocks have displacement = "large" and others "small"; give all of them the same')
-    return faults + (_large_faults(model, zoned) if "large" in kinds else [])
+    return faults + (_large_faults(model) if "large" in kinds else [])
 
 
 def _unshaken(shaking: Shaking, zoned: list[Rock]) -> Iterator[tuple[str, str]]:
@@ -143,14 +143,13 @@ def _unshaken(shaking: Shaking, zoned: list[Rock]) -> Iterator[tuple[str, str]]:
             yield f"rock that yields ('{rock.name}', law = \"{rock.zones.law}\")", "remove its law, or the stage"
 
 
-def _large_faults(model: Model, zoned: list[Rock]) -> list[str]:
+def _large_faults(model: Model) -> list[str]:
     """Return one sentence for every part of a model that zones in large displacement do not know."""
     known = {
         "water": model.water is not None or any(stage.water is not None for stage in model.stages),
         "bolts that resist shear (bearing_stiffness)": any(bolt.dowel_stiffness > 0 for bolt in model.bolts),
         "blocks put back (fill)": any(stage.fill for stage in model.stages),
         'contact_points = "gauss"': model.contact_points == "gauss",
-        **{f"rock '{rock.name}' that yields (law = \"{rock.zones.law}\")": rock.yields for rock in zoned if rock.zones},
     }
     return [
         f'zones with displacement = "large" know no {name}; give "small", or leave that out'

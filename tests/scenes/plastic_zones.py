@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
-from math import pi, radians, sin, sqrt
+from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 
 import bsm_mesh as bsm
+from tests.scenes.shapes import rectangle, turned
 
 
 class Hole:
@@ -97,6 +99,42 @@ class Hole:
 
 
 CLAY = 1e5  # Pa: cohesion
+
+
+def strut(part, *, degrees=0.0, young=1e10, friction=30.0, dilation=30.0, order=2):
+    """Return a strut of 1 by 2 m under a part of the load at which it yields, turned by some degrees.
+
+    In plane strain that is 2 c cos(phi) / (1 - sin(phi)).
+    """
+    polygons = [turned(np.array(rectangle(0, low, 1, low + 1)), degrees) for low in (0, 1)]
+
+    def at(height):
+        return lambda x, y: np.abs(turned(np.stack([x, y], axis=1), -degrees)[:, 1] - height) < 1e-9
+
+    blocks = bsm.Blocks.from_polygons(polygons, rock="clay")
+    rock = bsm.Rock(
+        "clay",
+        unit_weight=0.0,
+        young=young,
+        poisson=0.3,
+        cohesion=CLAY,
+        friction=friction,
+        tensile_strength=1e9,
+        zones=bsm.Zones(size=1.0, order=order, law="mohr_coulomb", dilation=dilation, displacement="large"),
+    )
+    carries = 2 * CLAY * cos(radians(friction)) / (1 - sin(radians(friction)))
+    return bsm.Model(
+        blocks=blocks.with_boundary("low", at(0)).with_boundary("high", at(2)),
+        rocks=[rock],
+        supports=[bsm.NormalRoller(boundary="low"), bsm.Fixed(point=tuple(polygons[0][0]))],
+        loads=[bsm.Pressure(boundary="high", pressure=part * carries)],
+    )
+
+
+def in_large_displacement(model, **rock):
+    """Return a model in large displacement, with some properties of its rocks changed."""
+    rocks = [replace(each, zones=replace(each.zones, displacement="large"), **rock) for each in model.rocks]
+    return model.replace(rocks=rocks)
 
 
 def footing(loads, *, size=0.2, order=2, strength=None):

@@ -162,9 +162,6 @@ def test_stiff_rock_moves_as_rigid_blocks_do():
     assert_allclose(zoned, rigid, atol=2e-3 * np.abs(rigid).max())
 
 
-YIELDS = dataclasses.replace(
-    GNEISS, cohesion=6e4, friction=30.0, zones=bsm.Zones(law="mohr_coulomb", displacement="large")
-)
 DUG = [bsm.Stage(name="out", excavate=[3]), bsm.Stage(name="back", fill=[3])]
 REFUSED = [
     (lambda: bsm.Zones(displacement="huge"), "displacement"),
@@ -172,7 +169,6 @@ REFUSED = [
     (lambda: wall(rocks=[BENDS, RIGID], bolts=[dataclasses.replace(BOLT, bearing_stiffness=2e9)]), "resist shear"),
     (lambda: wall(rocks=[BENDS, RIGID], stages=DUG), "fill"),
     (lambda: wall(rocks=[BENDS, RIGID], contact_points="gauss"), "gauss"),
-    (lambda: wall(rocks=[YIELDS, RIGID]), "yields"),
     (lambda: wall(rocks=[BENDS, dataclasses.replace(GNEISS, name="rigid")]), 'others "small"'),
 ]
 

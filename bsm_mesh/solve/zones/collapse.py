@@ -23,6 +23,7 @@ from bsm_mesh.solve.zones.stages import Continuum
 from bsm_mesh.solve.zones.system import refuse_loose
 
 MOVING = 0.25  # of the greatest movement: blocks above it are named, as rigid ones are
+MOVES_FIRST = "no forces within strength balance the loads where blocks were given, so they move before any rest"
 PROVED = "no equilibrium was found in the zones, and none exists: no forces within strength balance the loads"
 
 
@@ -50,6 +51,8 @@ def falling_blocks(of: Continuum, end: StageEnd) -> IntArray:
 def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, prove: Prover) -> StageResult:
     """Return a stage that is not at rest with what limit analysis says: where that proves a collapse, it is unstable.
 
+    In large displacement blocks may rest elsewhere, so that the proof is none.
+
     Parameters
     ----------
     of : Continuum
@@ -75,6 +78,8 @@ def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, pr
     proof = prove(part.model, np.searchsorted(part.block, down).astype(np.int32))
     if proof.witness is None:
         return replace(stage, proof=proof) if stage.status is Status.UNSTABLE else stage
+    if stage.status is not Status.UNSTABLE and end.large is not None:  # it says nothing of blocks that moved
+        return replace(stage, reason=f"{stage.reason}; {MOVES_FIRST}")
     witness = proof.witness.in_whole(part)
     if stage.status is not Status.UNSTABLE:
         named = _moving(witness.velocity, of.model.blocks.moments.gyration)

@@ -124,11 +124,12 @@ class Equations:
         points = None
         if self.joints is not None and self.history is not None and at.state is not None:
             points = self.joints.stiffness(at.state, self.history, OPEN_STIFFNESS, regularization)
-        if self.large is not None:
-            return self._with_bolts(self.large.tangent(at.u, self.joints, at.state, points, 1 + regularization), at)
         softer = None
-        if self.plastic is not None and at.plastic is not None and at.plastic.yields.any():
+        if self.plastic is not None and at.plastic is not None and (at.plastic.yields.any() or self.large is not None):
             softer = self.plastic.softer(at.plastic)
+        if self.large is not None:
+            K = self.large.tangent(at.u, self.joints, at.state, points, 1 + regularization, softer)
+            return self._with_bolts(K, at)
         return self._with_bolts(self.tangents.at(points, 1 + regularization, softer), at)
 
     def allowed(self, correction: FloatArray) -> float:
@@ -149,13 +150,14 @@ class Equations:
         if self.joints is not None and self.history is not None:
             points = self.joints.elastic_stiffness(self.history)
         if self.large is not None:
-            return self.large.tangent(at.u, self.joints, at.state, points)
+            turning = None if self.plastic is None or at.plastic is None else self.plastic.turning(at.plastic)
+            return self.large.tangent(at.u, self.joints, at.state, points, softer=turning)
         return self.tangents.at(points)
 
     def leaves(self, at: Iterate) -> bool:
         """Return whether blocks in large displacement leave an equilibrium by the least disturbance.
 
-        Slipping points keep their shear force and carry no more.
+        Slipping points keep their shear force and carry no more. Rock that yields adds no negative stiffness.
         """
         if self.large is None:
             return False
@@ -164,7 +166,10 @@ class Equations:
             none = np.zeros_like(at.state.pressure)
             normal = np.where(at.state.closed, at.state.normal_stiffness, 0.0)
             points = PointStiffness(normal, np.where(at.state.sticking, at.state.springs.stiffness, 0.0), none, none)
-        A = self._with_bolts(self.large.tangent(at.u, self.joints, at.state, points), at)
+        softer = None
+        if self.plastic is not None and at.plastic is not None:
+            softer = self.plastic.softer(at.plastic, positive=True)
+        A = self._with_bolts(self.large.tangent(at.u, self.joints, at.state, points, softer=softer), at)
         mean = float(np.abs(self.load).sum()) / max(1, len(self.load))
         return self.large.leaves(A, NEUTRAL / self.size * mean)
 

@@ -1,6 +1,7 @@
 """Motion of blocks with zones in large displacement, where no equilibrium is near: to rest, or until blocks fall.
 
-Blocks move as in a shaken stage, over a base at rest. Impacts are damped critically, as those of rigid blocks.
+Blocks move as in a shaken stage, over a base at rest. Impacts are damped critically, as those of rigid blocks. Rock
+yields no further in motion; it yields in the equilibrium after it.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
 from bsm_mesh.solve.zones.shaking_run import LONGEST, PARTS, go_on
 from bsm_mesh.solve.zones.stage_solution import movement
+from bsm_mesh.solve.zones.unyielding import yielding_no_further
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stage_run import StageRun
@@ -38,10 +40,12 @@ STIFFEST = 100.0  # times a joint's stiffness and a block's size: stiffer rock t
 def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equations, IntArray] | None:
     """Return the equations at rest and no blocks, or the given equations and the blocks (k,) that fall.
 
-    At rest the displacements of the run are changed too. None: supports hold blocks by their mean, or blocks do not
-    reach rest.
+    At rest the displacements of the run are changed too. None: rock has no mass, supports hold blocks by their mean, or
+    blocks do not reach rest.
     """
     of, u = run.of, run.state.u
+    if not of.model.unit_weights[present].all():
+        return None
     try:
         motion = _in_motion(run, equations, present)
     except ModelError:
@@ -77,10 +81,11 @@ def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> Shake
     stiffest = STIFFEST * equations.size * max((joint.contact_stiffness[0] for joint in joints), default=np.inf)
     part = np.minimum(1.0, stiffest / run.stiffness.max(axis=(1, 2)))
     stiffness = run.stiffness * part[:, None, None]
-    softer = replace(equations, large=replace(large, rock=replace(large.rock, stiffness=stiffness)))
-    rock = MovingRock(run.of, stiffness, present, softer, softer.load)
+    rock = replace(large.rock, stiffness=stiffness)
+    softer = yielding_no_further(replace(equations, large=replace(large, rock=rock)), part)
+    moving = MovingRock(run.of, stiffness, present, softer, softer.load)
     quiet = quiet_nodes(run.of, stiffness, STILL, np.zeros(2), present)
-    motion = ShakenZones(rock, softer, run.state.u, STILL, present, quiet)
+    motion = ShakenZones(moving, softer, run.state.u, STILL, present, quiet)
     motion.is_over = True
     return motion
 

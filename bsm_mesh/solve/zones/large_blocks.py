@@ -75,9 +75,14 @@ class LargeBlocks:
         state: JointState | None,
         points: PointStiffness | None,
         rock: float = 1.0,
+        softer: Any = None,
     ) -> Any:
-        """Return the tangent (free, free), by columns, with so many times the rock's stiffness."""
-        return self.free.reduced_matrix(self.matrix(u, joints, state, points, rock))
+        """Return the tangent (free, free), by columns, with so many times the rock's stiffness.
+
+        `softer` (N, N) is what yielding adds to it.
+        """
+        K = self.matrix(u, joints, state, points, rock)
+        return self.free.reduced_matrix(K if softer is None else K + softer)
 
     def matrix(
         self,

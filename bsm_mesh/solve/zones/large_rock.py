@@ -11,7 +11,7 @@ Bonet & Wood (2008), Nonlinear continuum mechanics for finite element analysis, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -67,17 +67,20 @@ class LargeRock:
             initial=None if initial is None else np.moveaxis(initial, 0, -1),
         )
 
+    def relieved(self, cells: IntArray, relief: FloatArray) -> LargeRock:
+        """Return the rock with a stress (c, i, 4) [Pa] less in some cells (c,)."""
+        initial = np.zeros((*self.weight.shape, 3)) if self.initial is None else self.initial.copy()
+        initial[cells] -= relief[..., :3]
+        return replace(self, initial=initial)
+
     def at(self, u: FloatArray, dofs: IntArray) -> DeformedCells:
         """Return the cells, whose unknowns are `dofs` (2 nodes, t), at displacements u (N,)."""
         H = self._gradients(u, dofs)
-        F = H + np.eye(2)
-        twice = H + H.swapaxes(-1, -2) + H.swapaxes(-1, -2) @ H  # F^T F - 1, with the rounding of H
-        strain = np.stack([twice[..., 0, 0] / 2, twice[..., 1, 1] / 2, twice[..., 0, 1]], axis=-1)
-        stress = np.matmul(strain, self.stiffness)
+        stress = np.matmul(green_strains(H), self.stiffness)
         if self.initial is not None:
             stress = stress + self.initial
         xx, yy, xy = np.moveaxis(stress, -1, 0)
-        return DeformedCells(F=F, S=np.stack([xx, xy, xy, yy], axis=-1).reshape(F.shape))
+        return DeformedCells(F=H + np.eye(2), S=np.stack([xx, xy, xy, yy], axis=-1).reshape(H.shape))
 
     def forces(self, at: DeformedCells, dofs: IntArray, size: int) -> FloatArray:
         """Return the internal forces (size,) [N/m] on the unknowns `dofs` (2 nodes, t)."""
@@ -97,19 +100,10 @@ class LargeRock:
 
     def entries(self, at: DeformedCells) -> FloatArray:
         """Return the derivatives (t, 2 nodes, 2 nodes) of the forces of every cell by its unknowns."""
-        cells, points, nodes, _ = self.gradient.shape
-        G, F = self.gradient, at.F
-        B = np.empty((cells, points, 3, nodes, 2))
-        for row, i in enumerate((0, 1)):
-            B[:, :, row] = G[..., i, None] * F[:, :, None, :, i]
-        B[:, :, 2] = G[..., 0, None] * F[:, :, None, :, 1] + G[..., 1, None] * F[:, :, None, :, 0]
-        rows = B.reshape(cells, points, 3, 2 * nodes)
+        rows = strain_rows(self.gradient, at.F)
         weighed = np.matmul(self.stiffness[:, None], rows) * self.weight[:, :, None, None]
         K: FloatArray = np.matmul(rows.swapaxes(-1, -2), weighed).sum(axis=1)
-        turning = (G @ at.S @ G.swapaxes(-1, -2) * self.weight[:, :, None, None]).sum(axis=1)
-        K.reshape(cells, nodes, 2, nodes, 2)[:, :, 0, :, 0] += turning
-        K.reshape(cells, nodes, 2, nodes, 2)[:, :, 1, :, 1] += turning
-        return K
+        return K + turning_entries(self.gradient, at.S, self.weight)
 
     def greatest_gradient(self, u: FloatArray, dofs: IntArray) -> float:
         """Return the greatest entry of the gradient of displacements u (N,)."""
@@ -127,7 +121,47 @@ class LargeRock:
         stress: FloatArray = np.divide(total, area, out=np.zeros_like(total), where=area > 0)
         return stress
 
+    def greatest_strains(self, u: FloatArray, dofs: IntArray) -> FloatArray:
+        """Return the greatest principal strain, by size, of every cell that is there, (t,); 0 of others."""
+        xx, yy, twice_xy = np.moveaxis(green_strains(self._gradients(u, dofs)), -1, 0)
+        greatest = np.abs(xx + yy) / 2 + np.hypot((xx - yy) / 2, twice_xy / 2)
+        found: FloatArray = (greatest * (self.weight > 0)).max(axis=1)
+        return found
+
     def _gradients(self, u: FloatArray, dofs: IntArray) -> FloatArray:
         nodal = u[dofs.T].reshape(len(self.gradient), 1, -1, 2)
         gradients: FloatArray = np.matmul(nodal.swapaxes(-1, -2), self.gradient)  # d u_i / d X_j
         return gradients
+
+
+def green_strains(H: FloatArray) -> FloatArray:
+    """Return Green's strains xx, yy and 2 xy, (t, i, 3), under displacement gradients (t, i, 2, 2)."""
+    twice = H + H.swapaxes(-1, -2) + H.swapaxes(-1, -2) @ H  # F^T F - 1, with the rounding of H
+    return np.stack([twice[..., 0, 0] / 2, twice[..., 1, 1] / 2, twice[..., 0, 1]], axis=-1)
+
+
+def strain_rows(gradient: FloatArray, F: FloatArray) -> FloatArray:
+    """Return the derivatives (t, i, 3, 2 nodes) of the strains xx, yy and 2 xy by the cells' unknowns.
+
+    Parameters
+    ----------
+    gradient : (t, i, nodes, 2) float64 [1/m]
+        Derivatives of the shape functions.
+    F : (t, i, 2, 2) float64
+        Deformation gradient; 1 in small displacement.
+    """
+    cells, points, nodes, _ = gradient.shape
+    B = np.empty((cells, points, 3, nodes, 2))
+    for i in (0, 1):
+        B[:, :, i] = gradient[..., i, None] * F[:, :, None, :, i]
+    B[:, :, 2] = gradient[..., 0, None] * F[:, :, None, :, 1] + gradient[..., 1, None] * F[:, :, None, :, 0]
+    return B.reshape(cells, points, 3, 2 * nodes)
+
+
+def turning_entries(gradient: FloatArray, S: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return the derivatives (t, 2 nodes, 2 nodes) of forces as stresses S (t, i, 2, 2) [Pa] turn with the rock."""
+    cells, _, nodes, _ = gradient.shape
+    K = np.zeros((cells, nodes, 2, nodes, 2))
+    turning = (gradient @ S @ gradient.swapaxes(-1, -2) * weight[:, :, None, None]).sum(axis=1)
+    K[:, :, 0, :, 0] = K[:, :, 1, :, 1] = turning
+    return K.reshape(cells, 2 * nodes, 2 * nodes)

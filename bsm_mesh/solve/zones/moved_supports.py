@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.zones.equilibrium import OPEN_STIFFNESS, Equations
+from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.met_points import begun_between, met
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 
@@ -97,3 +98,13 @@ def slid_on(
     if start is not None:
         history = begun_between(joints, history, fresh, start, u)
     return replace(equations, joints=joints, history=history)
+
+
+def slip_begun(start: JointHistory | None, equations: Equations) -> JointHistory | None:
+    """Return the history from which slip counts, for the points as they are now: later points are new."""
+    joints, history = equations.joints, equations.history
+    if start is None or history is None or not isinstance(joints, MovingPoints):
+        return start
+    path, count = history.slip_path.copy(), len(joints.own)
+    path[:count] = start.slip_path[:count]
+    return replace(history, slip_path=path)

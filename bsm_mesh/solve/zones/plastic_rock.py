@@ -3,6 +3,10 @@
 The trial stress is the elastic one less the relief: the stress that yielding took before. Beyond the yield surface it
 returns there, and the difference adds to the relief. So internal forces are those of elastic rock less those of the
 relief.
+
+In large displacement the strain is Green's and the stress the second Piola-Kirchhoff one (`large_rock`). Both turn with
+the rock, and so does the relief. Strengths hold for the Cauchy stress. The two stresses differ by a part of up to twice
+the strain, so strains have to be small, however far the rock turns.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.hoek_brown import HoekBrownYielding
+from bsm_mesh.solve.zones.large_rock import green_strains, strain_rows, turning_entries
 from bsm_mesh.solve.zones.mohr_coulomb import Yielding
 from bsm_mesh.solve.zones.rock_faces import rocks_of
 from bsm_mesh.solve.zones.yield_surface import Return, YieldSurface
@@ -35,9 +40,12 @@ class PlasticCells:
         Block of every cell.
     stiffness : (t, 3, 3) float64 [Pa]
         Of its rock, isotropic.
+    large : bool
+        Whether displacements are large.
     """
 
-    def __init__(self, model: Model, basis: Any, block: IntArray, stiffness: FloatArray) -> None:
+    def __init__(self, model: Model, basis: Any, block: IntArray, stiffness: FloatArray, *, large: bool) -> None:
+        self.large = large
         yields = np.array([rock.yields for rock in rocks_of(model)], dtype=bool)[model.blocks.rock[block]]
         self.cells = np.flatnonzero(yields)
         self.rock = model.blocks.rock[block[self.cells]]
@@ -49,32 +57,42 @@ class PlasticCells:
         fields = [np.asarray(field[0].grad[0])[:, self.cells] for field in basis.basis[::2]]
         self.gradient = np.stack(fields, axis=-1).transpose(1, 2, 3, 0)  # (cells, points, nodes, 2)
 
-    def strains(self, u: FloatArray) -> FloatArray:
-        """Return the strains xx, yy and 2 xy under displacements of the cells' nodes (c, nodes, 2), (c, i, 3)."""
-        H = np.matmul(self.gradient.transpose(0, 1, 3, 2), u[:, None])  # d u_j / d x_i
-        return np.stack([H[..., 0, 0], H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0]], axis=-1)
+    def strains(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the strains xx, yy and 2 xy, (c, i, 3), and F (c, i, 2, 2), at nodal displacements (c, nodes, 2).
+
+        F is the deformation gradient; 1 in small displacement.
+        """
+        H = np.matmul(u[:, None].swapaxes(-1, -2), self.gradient)  # d u_i / d X_j
+        if self.large:
+            return green_strains(H), H + np.eye(2)
+        strain = np.stack([H[..., 0, 0], H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0]], axis=-1)
+        return strain, np.broadcast_to(np.eye(2), H.shape)
 
     def at_nodes(self, u: FloatArray) -> FloatArray:
         """Return displacements (N,) at the cells' nodes, (c, nodes, 2)."""
         own: FloatArray = u[self.dofs].reshape(len(self.cells), -1, 2)
         return own
 
-    def forces(self, stress: FloatArray) -> FloatArray:
-        """Return the internal forces (N,) [N/m] of a stress (c, i, 4) [Pa]."""
-        xx, yy, xy = (stress[..., k] * self.weight for k in range(3))
-        tensor = np.stack([xx, xy, xy, yy], axis=-1).reshape(*xx.shape, 2, 2)
-        nodal = np.matmul(self.gradient, tensor).sum(axis=1).reshape(self.dofs.shape)
+    def forces(self, stress: FloatArray, F: FloatArray) -> FloatArray:
+        """Return the internal forces (N,) [N/m] of a stress (c, i, 4) [Pa] at a deformation gradient (c, i, 2, 2)."""
+        first = F @ _tensor(stress) * self.weight[:, :, None, None]
+        nodal = np.matmul(self.gradient, first.swapaxes(-1, -2)).sum(axis=1).reshape(self.dofs.shape)
         return np.bincount(self.dofs.ravel(), nodal.ravel(), minlength=self.size).astype(np.float64)
 
-    def matrix(self, cells: IntArray, tangent: FloatArray) -> Any:
-        """Return the matrix (N, N) of tangents (k, i, 3, 3) [Pa] in some of the cells (k,)."""
-        gradient, dofs = self.gradient[cells], self.dofs[cells]
-        B = np.zeros((*gradient.shape[:2], 3, dofs.shape[1]))
-        B[:, :, 0, 0::2] = B[:, :, 2, 1::2] = gradient[..., 0]
-        B[:, :, 1, 1::2] = B[:, :, 2, 0::2] = gradient[..., 1]
+    def matrix(self, cells: IntArray, tangent: FloatArray, F: FloatArray) -> Any:
+        """Return the matrix (N, N) of tangents (k, i, 3, 3) [Pa] in some cells (k,), with their F (k, i, 2, 2)."""
+        B = strain_rows(self.gradient[cells], F)
         weighed = self.weight[cells][:, :, None, None] * np.matmul(tangent, B)
-        whole = (len(cells), -1, dofs.shape[1])
-        entries = np.matmul(B.reshape(whole).transpose(0, 2, 1), weighed.reshape(whole))
+        whole = (len(cells), 3 * self.points, B.shape[3])
+        return self._assembled(cells, np.matmul(B.reshape(whole).transpose(0, 2, 1), weighed.reshape(whole)))
+
+    def turning(self, stress: FloatArray) -> Any:
+        """Return the derivatives (N, N) of the forces of a stress (c, i, 4) [Pa] as it turns with the rock."""
+        entries = turning_entries(self.gradient, _tensor(stress), self.weight)
+        return self._assembled(np.arange(len(self.cells)), entries)
+
+    def _assembled(self, cells: IntArray, entries: FloatArray) -> Any:
+        dofs = self.dofs[cells]
         rows, columns = np.repeat(dofs, dofs.shape[1], axis=1), np.tile(dofs, dofs.shape[1])
         return sp.csr_matrix((entries.ravel(), (rows.ravel(), columns.ravel())), shape=(self.size, self.size))
 
@@ -97,8 +115,8 @@ class PlasticRock:
         Which are there.
     initial : (c, i, 4) float64 [Pa]
         Effective stress without strain: xx, yy, xy, zz.
-    without_strain : (c, nodes, 2) float64 [m]
-        Displacements without strain: rock may have been put back.
+    without_stress : (c, i, 3) float64
+        Strains without stress: rock may have been put back.
     relief : (c, i, 4) float64 [Pa]
         Stress that yielding took so far.
     """
@@ -107,13 +125,14 @@ class PlasticRock:
     strength: tuple[tuple[int, YieldSurface], ...]
     there: BoolArray
     initial: FloatArray
-    without_strain: FloatArray
+    without_stress: FloatArray
     relief: FloatArray
 
     def evaluate(self, u: FloatArray) -> PlasticState:
         """Return the state at displacements u (N,)."""
         of = self.of
-        strain = of.strains(of.at_nodes(u) - self.without_strain)
+        strain, F = of.strains(of.at_nodes(u))
+        strain = strain - self.without_stress
         trial = self.initial - self.relief
         trial[..., :3] += np.matmul(strain, of.stiffness)
         trial[..., 3] += of.stiffness[:, 0, 1, None] * (strain[..., 0] + strain[..., 1])
@@ -125,23 +144,34 @@ class PlasticRock:
             taken = trial[rows] - found.stress.reshape(len(rows), -1, 4)
             relief[rows] += taken * yields[rows][:, :, None]
             returns.append((rows, strength, found))
-        return PlasticState(relief=relief, yields=yields, returns=tuple(returns))
+        return PlasticState(relief=relief, yields=yields, returns=tuple(returns), F=F)
 
     def relieved(self, state: PlasticState) -> FloatArray:
         """Return the internal forces (N,) [N/m] that yielding takes from those of elastic rock."""
-        return self.of.forces(state.relief * self.there[:, None, None])
+        return self.of.forces(state.relief * self.there[:, None, None], state.F)
 
-    def softer(self, state: PlasticState) -> Any:
-        """Return the change (N, N) of the elastic stiffness where points yield."""
+    def softer(self, state: PlasticState, *, positive: bool = False) -> Any:
+        """Return the change (N, N) of the elastic stiffness by yielding.
+
+        `positive`: its tangents are symmetric, and no strain has a negative stiffness. So plastic flow without dilation
+        neither adds stiffness nor takes more than there is.
+        """
         cells, changes = [], []
         for rows, strength, found in state.returns:
             chosen = np.flatnonzero(state.yields[rows].any(axis=1))
             points = (chosen[:, None] * self.of.points + np.arange(self.of.points)).ravel()
-            tangent = strength.tangent(found, points).reshape(len(chosen), self.of.points, 3, 3)
+            tangent = strength.tangent(found, points)
+            tangent = (_positive(tangent) if positive else tangent).reshape(len(chosen), self.of.points, 3, 3)
             change = tangent - self.of.stiffness[rows[chosen]][:, None]
             changes.append(change * state.yields[rows[chosen]][:, :, None, None])
             cells.append(rows[chosen])
-        return self.of.matrix(np.concatenate(cells), np.concatenate(changes))
+        every = np.concatenate(cells)
+        change = self.of.matrix(every, np.concatenate(changes), state.F[every])
+        return change + self.turning(state) if self.of.large else change
+
+    def turning(self, state: PlasticState) -> Any:
+        """Return the change (N, N) of the stiffness in large displacement, as the relief turns with the rock."""
+        return -self.of.turning(state.relief * self.there[:, None, None])
 
     def over_cells(self, count: int) -> tuple[FloatArray, FloatArray]:
         """Return the part of every cell that yielded, and its mean of the greatest plastic shear strain, (count,)."""
@@ -173,11 +203,27 @@ class PlasticState:
         Points on the yield surface.
     returns : tuple of (rows, strength, return)
         By rock: its cells, its strength, where their points end.
+    F : (c, i, 2, 2) float64
+        Deformation gradient; 1 in small displacement.
     """
 
     relief: FloatArray
     yields: BoolArray
     returns: tuple[tuple[IntArray, YieldSurface, Return], ...]
+    F: FloatArray
+
+
+def _tensor(stress: FloatArray) -> FloatArray:
+    """Return the stress in the plane of xx, yy, xy, zz (c, i, 4) as (c, i, 2, 2)."""
+    xx, yy, xy, _ = np.moveaxis(stress, -1, 0)
+    return np.stack([xx, xy, xy, yy], axis=-1).reshape(*xx.shape, 2, 2)
+
+
+def _positive(tangent: FloatArray) -> FloatArray:
+    """Return the symmetric parts of tangents (k, 3, 3) without negative eigenvalues."""
+    values, axes = np.linalg.eigh((tangent + tangent.swapaxes(-1, -2)) / 2)
+    found: FloatArray = (axes * np.maximum(values, 0.0)[:, None, :]) @ axes.swapaxes(-1, -2)
+    return found
 
 
 def strength_of(model: Model, of: PlasticCells) -> tuple[tuple[int, YieldSurface], ...]:

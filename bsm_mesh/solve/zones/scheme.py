@@ -141,7 +141,7 @@ class ZoneStages:
         stage = stage_result(of, end, start, number, self._tolerance)
         stage = confirmed(with_proof(of, end, stage, number, watchers.prove), watchers.check)
         if number == 0:
-            stage = replace(stage, notes=tuple(notes_of(model)))
+            stage = replace(stage, notes=(*notes_of(model), *stage.notes))
         stage = replace(stage, notes=(*stage.notes, *notes_on_shaking(model, stage)))
         last = replace(stage.steps[0], step=len(steps), recorded=watchers.record(lambda: stage))
         stage = replace(stage, steps=(*steps, last))

@@ -22,7 +22,7 @@ from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
 from bsm_mesh.solve.zones.large_loads import joined, moved_loads
 from bsm_mesh.solve.zones.placement import Placement
-from bsm_mesh.solve.zones.small_displacements import moved_far
+from bsm_mesh.solve.zones.small_displacements import MOVED, moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, met_rows, movement, stage_solution
 from bsm_mesh.solve.zones.stages import Continuum
@@ -32,6 +32,10 @@ NO_EQUILIBRIUM = (
     "blocks fall"
 )
 NO_LARGE_EQUILIBRIUM = "no equilibrium was found in the zones; leave zones out to see whether blocks fall"
+NO_YIELDED_EQUILIBRIUM = (
+    "no equilibrium was found in the zones, whose rock yields; small displacement (displacement = 'small') shows "
+    "whether it yields without end, and rigid blocks (without zones) whether blocks fall"
+)
 LEAVES = (
     "the equilibrium in the zones is unstable: blocks buckle or topple by the least disturbance, and zones do not "
     "follow them; leave zones out to see whether blocks fall"
@@ -113,6 +117,21 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         evidence=evidence_of(of, end, contacts, forces, water, bars, weight, place),
         zones=_zones(of, found, end),
         shaking=end.shaking,
+        notes=_of_strains(of, end),
+    )
+
+
+def _of_strains(of: Continuum, end: StageEnd) -> tuple[str, ...]:
+    """Return a note on strains that are not small, in large displacement."""
+    if end.large is None:
+        return ()
+    strain = end.large.rock.greatest_strains(end.u, of.basis.element_dofs)
+    worst = int(strain.argmax())
+    if not strain[worst] > MOVED:
+        return ()
+    return (
+        f"zones of block {of.mesh.block[worst]} strain by {100 * strain[worst]:.2g} %: large displacement of zones is "
+        f"for small strains, and stresses and strengths there are off by up to {200 * strain[worst]:.2g} %",
     )
 
 
@@ -247,7 +266,10 @@ def _verdict(
             f"rock yields without end: no equilibrium was found, and any needs displacements above {end.collapse:.3g} m"
         )
     if not found.converged:
-        return Status.NOT_CONVERGED, NO_EQUILIBRIUM if end.large is None else NO_LARGE_EQUILIBRIUM
+        if end.large is None:
+            return Status.NOT_CONVERGED, NO_EQUILIBRIUM
+        yields = end.at.plastic is not None and bool(end.at.plastic.yields.any())
+        return Status.NOT_CONVERGED, NO_YIELDED_EQUILIBRIUM if yields else NO_LARGE_EQUILIBRIUM
     if end.large is not None:
         if end.leaves:
             return Status.NOT_CONVERGED, LEAVES

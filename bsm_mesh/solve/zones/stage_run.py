@@ -16,12 +16,11 @@ from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
 from bsm_mesh.solve.zones.fills import Fill
 from bsm_mesh.solve.zones.following import follow
 from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stress, pore_water, seepage_forces
-from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
-from bsm_mesh.solve.zones.moved_supports import carried, slid_on, steps
+from bsm_mesh.solve.zones.moved_supports import carried, slid_on, slip_begun, steps
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
@@ -32,6 +31,7 @@ from bsm_mesh.solve.zones.stage_solution import StageEnd
 from bsm_mesh.solve.zones.supports import held_displacements
 from bsm_mesh.solve.zones.system import FreeUnknowns, LoosePart, loose_parts
 from bsm_mesh.solve.zones.tangents import Tangents
+from bsm_mesh.solve.zones.unyielding import yielding_no_further
 from bsm_mesh.solve.zones.zones_state import ZonesMemory, ZonesState
 
 if TYPE_CHECKING:
@@ -40,16 +40,6 @@ if TYPE_CHECKING:
 PARTS = 4  # of the unbalanced force, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
 WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
-
-
-def _begun(start: JointHistory | None, equations: Equations) -> JointHistory | None:
-    """Return the history from which slip counts, for the points as they are now: later points are new."""
-    joints, history = equations.joints, equations.history
-    if start is None or history is None or not isinstance(joints, MovingPoints):
-        return start
-    path, count = history.slip_path.copy(), len(joints.own)
-    path[:count] = start.slip_path[:count]
-    return replace(history, slip_path=path)
 
 
 class StageRun:
@@ -65,7 +55,8 @@ class StageRun:
         zero = np.zeros(basis.N)
         bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
         none = np.zeros(continuum.loaded[1].N)
-        self.plastic = PlasticCells(model, basis, continuum.mesh.block, stiffness)
+        large = continuum.discretization.large
+        self.plastic = PlasticCells(model, basis, continuum.mesh.block, stiffness, large=large)
         relief, loads = self.plastic.nothing(), model.acting_loads
         self.state = ZonesState(model, zero, zero, joints, history, bolts, loads, water, none, relief)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
@@ -174,7 +165,7 @@ class StageRun:
             start = state.u
             equations, at, converged = self._moved(equations, at, present)
             loose = [] if converged else self._loose(equations, at, present)
-            if not converged:
+            if not converged and equations.large is None:
                 collapse = plastic_collapse(equations, at, start)
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.joints, state.history = at.u, equations.joints, equations.history
@@ -219,7 +210,7 @@ class StageRun:
             model=state.model,
             rock=self.rock,
             plastic=equations.plastic,
-            large=equations.large,
+            large=yielding_no_further(equations).large,
             joints=equations.joints,
             leaves=False,
             unknowns=equations.free.free.size,
@@ -268,13 +259,22 @@ class StageRun:
             else:
                 return now, at, True
         self.state.u = u
-        rest = None if equations.large is None else follow(self, equations, present)
+        only_yields = equations.plastic is not None and self._settles_unyielding(equations, present)
+        rest = None if equations.large is None or only_yields else follow(self, equations, present)
         if rest is None:
             return first
         if rest[1].size:
             self.moving = rest[1]
             return first
         return self._settled(rest[0], present)
+
+    def _settles_unyielding(self, equations: Equations, present: BoolArray) -> bool:
+        """Return whether equilibrium is found of rock that yields no further: then motion would lead there."""
+        u, further = self.state.u, yielding_no_further(equations)
+        loose = self._loose(further, further.at(u, further.free.none), present)
+        found = not loose and self._settled(further, present)[2]
+        self.state.u = u
+        return found
 
     def _settled(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium once no more points of joints fail or wear, and the equations with the kept part of it.
@@ -293,7 +293,7 @@ class StageRun:
                 break
             if (further := slid_on(equations, at.u, present, self.state.u)) is not None:
                 self.state.u, equations = at.u, further
-                start = _begun(start, further)
+                start = slip_begun(start, further)
                 at = equations.at(at.u, equations.free.none)
                 if self._loose(equations, at, present):
                     return equations, at, False
@@ -377,17 +377,18 @@ class StageRun:
         of, state = self.plastic, self.state
         if not len(of.cells):
             return None
-        initial, nodes = of.nothing(), np.zeros_like(of.at_nodes(state.u))
+        initial = of.nothing()
+        without_stress = np.zeros((*initial.shape[:2], 3))
         if self.initial_stress is not None:
             xx, yy, xy = self.initial_stress[:, of.cells] * virgin[of.cells, None]
             initial = np.stack([xx, yy, xy, xx], axis=-1)  # as much across the plane as along it
         for fill in state.fills:
-            nodes += of.at_nodes(fill.u) * fill.blocks[of.block][:, None, None]
+            without_stress += of.strains(of.at_nodes(fill.u))[0] * fill.blocks[of.block][:, None, None]
         return PlasticRock(
             of=of,
             strength=strength_of(state.model, of),
             there=present[of.block],
             initial=initial,
-            without_strain=nodes,
+            without_stress=without_stress,
             relief=state.relief,
         )

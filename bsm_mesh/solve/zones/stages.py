@@ -2,7 +2,7 @@
 
 A stage takes cells away or puts them back and brings loads, a pressure on the new faces, water, bolts and another
 strength; the forces that the removed rock exerted on the rest are released by parts. Rock is elastic or yields, and
-displacements are small; joints and bolts keep their history.
+displacements are small or large; joints and bolts keep their history.
 """
 
 from __future__ import annotations
