@@ -82,6 +82,30 @@ class WaterLoad:
         change[:, 1, 2] += force[:, 0]
         return -change
 
+    def on_outlines(
+        self, owner: IntArray, start: FloatArray, end: FloatArray, centroid: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return `on_blocks` and `stiffness` of blocks with other outlines, under the table alone.
+
+        Parameters
+        ----------
+        owner : (k,) int32
+            Block of every face.
+        start, end : (k, 2) float64 [m]
+            Ends of the faces.
+        centroid : (n, 2) float64 [m]
+            Of the blocks.
+        """
+        force, change = np.zeros((len(centroid), 3)), np.zeros((len(centroid), 3, 3))
+        if self.acts:
+            s = self.surface
+            add_face_forces(owner, start, end, centroid, self._under_table(start, end), force)
+            table = s.breaks, s.level, s.slope, s.factor, self.water.unit_weight
+            add_field_change(owner, start, end, centroid, *table, 1.0, change)
+            change[:, 0, 2] -= force[:, 1]
+            change[:, 1, 2] += force[:, 0]
+        return force, -change
+
     def recorded(self) -> dict[str, Any]:
         """Return the kept part of the water with a stage's result: fields of `StageResult` by their names."""
         table, factor = self.surface.between(*self.blocks.extent)

@@ -145,8 +145,10 @@ def _unshaken(shaking: Shaking, zoned: list[Rock]) -> Iterator[tuple[str, str]]:
 
 def _large_faults(model: Model) -> list[str]:
     """Return one sentence for every part of a model that zones in large displacement do not know."""
+    waters = [water for water in (model.water, *(stage.water for stage in model.stages)) if water is not None]
     known = {
-        "water": model.water is not None or any(stage.water is not None for stage in model.stages),
+        "pressure of a joint's own water (joint_pressure)": any(water.joint_pressure for water in waters),
+        "water in a stage that is shaken": bool(waters) and any(stage.shaking is not None for stage in model.stages),
         "bolts that resist shear (bearing_stiffness)": any(bolt.dowel_stiffness > 0 for bolt in model.bolts),
         "blocks put back (fill)": any(stage.fill for stage in model.stages),
         'contact_points = "gauss"': model.contact_points == "gauss",

@@ -95,7 +95,8 @@ def test_derivatives_of_opening_and_slip_are_exact():
             assert_allclose(turned_, second[:, :, k], atol=1e-8 * np.abs(second).max())
 
 
-HEAVY = [(case, order) for case in ("joints", "bolt", "in situ", "support of a block") for order in (1, 2)]
+OTHERS = ("joints", "bolt", "in situ", "support of a block", "water", "water in whole rock")
+HEAVY = [(case, order) for case in OTHERS for order in (1, 2)]
 
 
 @pytest.mark.parametrize(
@@ -163,9 +164,11 @@ def test_stiff_rock_moves_as_rigid_blocks_do():
 
 
 DUG = [bsm.Stage(name="out", excavate=[3]), bsm.Stage(name="back", fill=[3])]
+SHAKEN = [bsm.Stage(name="quake", shaking=bsm.Shaking(waveform="sine", frequency=1.0, cycles=1, amplitude=0.1))]
 REFUSED = [
     (lambda: bsm.Zones(displacement="huge"), "displacement"),
-    (lambda: wall(rocks=[BENDS, RIGID], water=WATER), "know no water"),
+    (lambda: wall(rocks=[BENDS, RIGID], **CASES["water in a joint"]), "joint_pressure"),
+    (lambda: wall(rocks=[BENDS, RIGID], water=WATER, stages=SHAKEN), "water in a stage that is shaken"),
     (lambda: wall(rocks=[BENDS, RIGID], bolts=[dataclasses.replace(BOLT, bearing_stiffness=2e9)]), "resist shear"),
     (lambda: wall(rocks=[BENDS, RIGID], stages=DUG), "fill"),
     (lambda: wall(rocks=[BENDS, RIGID], contact_points="gauss"), "gauss"),

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .geometry import AGREES, Arrays, placed
+from .geometry import AGREES, Arrays, placed, shapes
 
 WATER = 9810.0  # N/m3, where the model file gives none
 SAME = 1e-9  # relative: numbers of two files of the same model
@@ -18,10 +18,12 @@ def water_on(a: Arrays, position: Any) -> tuple[Any, Any]:
     A face d at the arm r has N = (-dy, dx, r.d) of a unit pressure; a movement changes the pressure by G = (g, r x g).
     All pressures turn with their faces.
     """
-    owner = a["owner"]
-    start = placed(a, position)
-    along = start[a["following"]] - start
-    arm = start - (a["centroid"] + position[:, :2])[owner]
+    moved = "outline" in a and position is a["position"]  # blocks that deformed have outlines of their own
+    there = shapes(a) if moved else {"corner": placed(a, position), "following": a["following"]}
+    owner = np.repeat(np.arange(len(position)), np.diff(there["offsets"])) if moved else a["owner"]
+    start = there["corner"]
+    along = start[there["following"]] - start
+    arm = start - (a["at"] if moved else a["centroid"] + position[:, :2])[owner]
     total, change = np.zeros((len(position), 3)), np.zeros((len(position), 3, 3))
 
     def add(t: Any, pressure: Any, slope: Any, weight: Any) -> None:

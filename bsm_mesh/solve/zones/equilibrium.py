@@ -81,6 +81,8 @@ class Equations:
         Of a block, the median.
     large : LargeBlocks or None
         The rock in large displacement; None: forces act where blocks were given.
+    water : (N,) float64 or None [N/m]
+        Part of `load` that changes as blocks move.
     """
 
     stiffness: Any
@@ -93,6 +95,7 @@ class Equations:
     tangents: Tangents
     size: float
     large: LargeBlocks | None = None
+    water: FloatArray | None = None
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
         """Return the unbalanced force at displacements u (N,)."""

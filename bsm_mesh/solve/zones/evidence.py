@@ -14,6 +14,7 @@ from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces
 from bsm_mesh.solve.algebra.loads import given_of
+from bsm_mesh.solve.zones.large_water import table_on_outlines
 from bsm_mesh.solve.zones.placement import Placement, outline_of
 from bsm_mesh.solve.zones.stage_solution import StageEnd, met_rows
 from bsm_mesh.solve.zones.stages import Continuum
@@ -64,15 +65,16 @@ def evidence_of(
         bolt_pair=np.zeros((0, 2), np.int32),
         bolt_tangent=np.zeros((0, 3, 3)),
         **bar_rows(bars, bars.point),
-        **({} if end.large is None else _of_shapes(of, end, forces, place)),
+        **({} if end.large is None else _of_shapes(of, end, forces, water, place)),
     )
 
 
-def _of_shapes(of: Continuum, end: StageEnd, forces: PointForces, place: Placement) -> dict[str, Any]:
-    """Return the fields that describe blocks as they deformed, and how loads turn them further."""
+def _of_shapes(of: Continuum, end: StageEnd, forces: PointForces, water: WaterLoad, place: Placement) -> dict[str, Any]:
+    """Return the fields that describe blocks as they deformed, and how loads and water turn them further."""
     assert of.apart is not None
-    turning = np.zeros((len(end.present), 3, 3))
+    turning = table_on_outlines(water, of.apart, place.node, place.centroid)[1]
     arm = forces.point - place.centroid[forces.block]
     np.add.at(turning[:, 2, 2], forces.block, (arm * forces.force).sum(axis=1))
     outline, offsets = outline_of(of.apart.mesh, place.node)
+    turning = (turning + turning.transpose(0, 2, 1)) / 2 * end.present[:, None, None]
     return {"load_stiffness": turning, "outline": outline, "outline_offsets": offsets}

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.solve.zones.fields import mean_gradient
+
+if TYPE_CHECKING:
+    from bsm_mesh.solve.zones.stage_run import StageRun
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -38,3 +41,16 @@ def gradient_at_fill(fills: Sequence[Fill], basis: Any, block: IntArray) -> Floa
     for fill in fills:
         gradient += mean_gradient(basis, fill.u) * fill.blocks[block][:, None, None]
     return gradient
+
+
+def put_back(run: StageRun, stays: BoolArray, comes: BoolArray) -> None:
+    """Put blocks (n,) back as they were given, without stress and without force in their joints."""
+    state, of = run.state, run.of
+    fresh = np.zeros(of.basis.N, dtype=bool)
+    fresh[of.basis.element_dofs[:, comes[of.mesh.block]]] = True
+    fresh[of.basis.element_dofs[:, stays[of.mesh.block]]] = False
+    state.u, state.origin = np.where(fresh, 0.0, state.u), np.where(fresh, 0.0, state.origin)
+    state.relief = np.where(comes[run.plastic.block][:, None, None], 0.0, state.relief)
+    state.fills = (*(fill.without(comes) for fill in state.fills), Fill(blocks=comes, u=state.u))
+    if state.joints is not None and state.history is not None:
+        state.history = state.joints.put_back(state.history, stays, comes, state.u)

@@ -22,6 +22,7 @@ from bsm_mesh.movements import distances
 from bsm_mesh.solve.motion.falling import SETTINGS as COLLAPSE
 from bsm_mesh.solve.motion.following import DAMPED, FREE
 from bsm_mesh.solve.zones.equilibrium import Equations
+from bsm_mesh.solve.zones.large_water import wetted
 from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
 from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
@@ -56,6 +57,7 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
     last, gone = 0.0, np.zeros_like(present)
     while motion.memory.cycles < LONGEST and not motion.diverged and not gone.any():
         go_on(motion)
+        motion.equations = wetted(run, motion.equations, motion.at.u, present) or motion.equations
         here = movement(of, motion.at.u)
         held = np.where(_held(of, motion)[:, None], here, held)
         gone = (distances(here - start) > COLLAPSE.runs * size) | (distances(here - held) > COLLAPSE.free_move * size)
@@ -67,8 +69,8 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         if is_near and last <= min(before, SINGLE * motion.stored):
             run.state.u = motion.at.u
             moved = motion.equations
-            moved = replace(equations, joints=moved.joints, history=moved.history, bolts=moved.bolts)
-            return moved, np.zeros(0, np.int32)
+            kept = {name: getattr(moved, name) for name in ("joints", "history", "bolts", "load", "water")}
+            return replace(equations, **kept), np.zeros(0, np.int32)
     if gone.any():
         return equations, np.flatnonzero(gone).astype(np.int32)
     return None

@@ -20,6 +20,7 @@ from bsm_mesh.solve.zones.joint_history import JointHistory
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.loads import assemble_load
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
+from bsm_mesh.solve.zones.moving_points import MovingPoints
 
 WATER_ORDER = 12  # of integration: the pressure has a bend where the table crosses a cell
 
@@ -46,27 +47,37 @@ class PoreWater:
     load: WaterLoad
 
 
-def pore_water(model: Model, water: Water | None, basis: Any, joints: JointPoints | None) -> PoreWater | None:
-    """Return the pressures under a water table, None where there is no water."""
+def pore_water(
+    model: Model, water: Water | None, basis: Any, joints: JointPoints | None, u: FloatArray | None = None
+) -> PoreWater | None:
+    """Return the pressures under a water table, None where there is no water.
+
+    With displacements u (N,) they are those where rock and joints are in large displacement.
+    """
     if water is None:
         return None
     load = WaterLoad(model.replace(water=water, stages=[], in_situ=None, bolts=[]))
     x = np.asarray(basis.global_coordinates())
+    x = x if u is None else x + np.asarray(basis.interpolate(u))
     none = np.full(x[0].size, -1)
     pressure = load.pressure(x.reshape(2, -1).T.copy(), none).reshape(x.shape[1:])
     own = table = np.zeros(0)
     if joints is not None:
-        own = load.pressure(joints.point, np.where(joints.are_joints, joints.joint, -1))
-        table = load.pressure(joints.point, np.full(len(joints.joint), -1))
+        point = joints.placed(u) if u is not None and isinstance(joints, MovingPoints) else joints.point
+        own = load.pressure(point, np.where(joints.are_joints, joints.joint, -1))
+        table = load.pressure(point, np.full(len(joints.joint), -1))
     return PoreWater(pressure=pressure, at_joints=own, beyond_table=own - table, load=load)
 
 
-def seepage_forces(water: PoreWater, present: BoolArray, mesh: ContinuumMesh, basis: Any) -> FloatArray:
-    """Return the forces (N,) [N/m] of -grad p in the blocks that are there."""
+def seepage_forces(
+    water: PoreWater, present: BoolArray, mesh: ContinuumMesh, basis: Any, u: FloatArray | None = None
+) -> FloatArray:
+    """Return the forces (N,) [N/m] of -grad p in the blocks that are there, at displacements u (N,) if they count."""
     import skfem
 
     fine = skfem.CellBasis(basis.mesh, basis.elem, intorder=WATER_ORDER)
-    x, y = np.asarray(fine.global_coordinates())
+    where = np.asarray(fine.global_coordinates())
+    x, y = where if u is None else where + np.asarray(fine.interpolate(u))
     surface = water.load.surface
     piece = np.searchsorted(surface.breaks, x)
     below = surface.level[piece] + surface.slope[piece] * x > y

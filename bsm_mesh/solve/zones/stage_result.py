@@ -21,6 +21,7 @@ from bsm_mesh.solve.zones.collapse import falling_blocks
 from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
 from bsm_mesh.solve.zones.large_loads import joined, moved_loads
+from bsm_mesh.solve.zones.large_water import table_on_outlines
 from bsm_mesh.solve.zones.placement import Placement
 from bsm_mesh.solve.zones.small_displacements import MOVED, moved_far
 from bsm_mesh.solve.zones.solution import ContinuumSolution
@@ -28,9 +29,10 @@ from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, met_rows,
 from bsm_mesh.solve.zones.stages import Continuum
 
 NO_EQUILIBRIUM = (
-    "no equilibrium was found in the zones, which allow small displacements only; leave zones out to see whether "
-    "blocks fall"
+    "no equilibrium was found in the zones, which allow small displacements only; give zones displacement = 'large' to "
+    "follow the blocks, or leave zones out"
 )
+LARGER = "for larger ones give zones displacement = 'large', or leave zones out"
 NO_LARGE_EQUILIBRIUM = "no equilibrium was found in the zones; leave zones out to see whether blocks fall"
 NO_YIELDED_EQUILIBRIUM = (
     "no equilibrium was found in the zones, whose rock yields; small displacement (displacement = 'small') shows "
@@ -81,8 +83,8 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
     contacts = _contacts(of, end, out_of_balance + reactions, place)
     bars, supports, held = _supports(of, end, reactions, place)
     forces, water = _point_forces(of, end, place), _water(end)
-    blocks, here = of.model.blocks, end.present[:, None]
-    on_blocks = water.on_blocks(blocks.vertices, blocks.moments.centroid) * here
+    here = end.present[:, None]
+    on_blocks = _of_water(of, end, water, place)[0] * here
     weight = end.model.gravity_forces * here
     loads = on_blocks + force_sums(forces, place.centroid)
     loads[:, :2] += weight
@@ -138,6 +140,16 @@ def _of_strains(of: Continuum, end: StageEnd) -> tuple[str, ...]:
 def _water(end: StageEnd) -> WaterLoad:
     water = None if end.water is None else end.water.load.water
     return WaterLoad(end.model.replace(water=water, stages=(), bolts=()))
+
+
+def _of_water(of: Continuum, end: StageEnd, water: WaterLoad, place: Placement) -> tuple[FloatArray, FloatArray]:
+    """Return the water's force and moment on every block, (n, 3), and their stiffness in large displacement."""
+    blocks = of.model.blocks
+    if end.large is None:
+        zero = np.zeros((blocks.count, 3, 3))
+        return water.on_blocks(blocks.vertices, blocks.moments.centroid), zero
+    assert of.apart is not None
+    return table_on_outlines(water, of.apart, place.node, place.centroid)
 
 
 def _at_nodes(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]:
@@ -274,7 +286,7 @@ def _verdict(
         if end.leaves:
             return Status.NOT_CONVERGED, LEAVES
     elif far := moved_far(of.model, position, end.present):
-        return Status.NOT_CONVERGED, f"block {far}: zones know no larger ones; leave zones out to follow blocks"
+        return Status.NOT_CONVERGED, f"block {far}: {LARGER}"
     if not residual <= tolerance:
         return Status.NOT_CONVERGED, f"a block is out of balance by {residual:.1e} of the reference weight"
     return Status.STABLE, "blocks and zones are in equilibrium"

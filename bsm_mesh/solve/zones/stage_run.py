@@ -13,12 +13,13 @@ from bsm_mesh.model.stages import INITIAL, Stage
 from bsm_mesh.model.water import Water
 from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
 from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
-from bsm_mesh.solve.zones.fills import Fill
+from bsm_mesh.solve.zones.fills import put_back
 from bsm_mesh.solve.zones.following import follow
 from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stress, pore_water, seepage_forces
 from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
+from bsm_mesh.solve.zones.large_water import water_forces, wetted
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.moved_supports import carried, slid_on, slip_begun, steps
 from bsm_mesh.solve.zones.moving_points import MovingPoints
@@ -49,7 +50,7 @@ class StageRun:
         self.of, self.stiffness = continuum, stiffness
         self.rock = RockStiffness(continuum.basis, stiffness)
         model, basis, joints = continuum.model, continuum.basis, continuum.joints
-        water = self._water(model.water)
+        water = pore_water(model, model.water, basis, joints)
         self.initial_stress = initial_stress(model, continuum.mesh, basis, water)
         history = None if joints is None else initial_history(model, joints, water)
         zero = np.zeros(basis.N)
@@ -61,6 +62,7 @@ class StageRun:
         self.state = ZonesState(model, zero, zero, joints, history, bolts, loads, water, none, relief)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
         self.moving: IntArray | None = None  # blocks that run away in the stage
+        self.in_water: FloatArray | None = None  # forces of the water in large displacement, on the cells of `loaded`
         self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
     @property
@@ -111,7 +113,7 @@ class StageRun:
         if state.joints is not None:
             state.joints = state.joints.with_strength_of(state.model)
         if (present & ~before).any():
-            self._fill(stays, present & ~before)
+            put_back(self, stays, present & ~before)
         if state.bolts is not None:
             state.bolts = state.bolts.install(number, state.u).without(~present)
         if stage.pressure:
@@ -125,25 +127,18 @@ class StageRun:
             return shaken_end(self, stage.name, stage.shaking, present, watch)
         return self.solved(stage.name, present, stage.relaxation)
 
-    def _fill(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Put blocks (n,) back as they were given, without stress and without force in their joints."""
-        state, of = self.state, self.of
-        fresh = np.zeros(of.basis.N, dtype=bool)
-        fresh[of.basis.element_dofs[:, comes[of.mesh.block]]] = True
-        fresh[of.basis.element_dofs[:, stays[of.mesh.block]]] = False
-        state.u, state.origin = np.where(fresh, 0.0, state.u), np.where(fresh, 0.0, state.origin)
-        state.relief = np.where(comes[self.plastic.block][:, None, None], 0.0, state.relief)
-        state.fills = (*(fill.without(comes) for fill in state.fills), Fill(blocks=comes, u=state.u))
-        if state.joints is not None and state.history is not None:
-            state.history = state.joints.put_back(state.history, stays, comes, state.u)
-
     def _water(self, water: Water | None) -> PoreWater | None:
-        return pore_water(self.of.model, water, self.of.basis, self.of.joints)
+        return pore_water(self.of.model, water, self.of.basis, self.state.joints, self._where)
+
+    @property
+    def _where(self) -> FloatArray | None:
+        """Displacements that count for the water, (N,) [m]; None: small ones."""
+        return self.state.u if self.of.discretization.large else None
 
     def _wet(self) -> None:
-        """Put the water's own pressure into the joints."""
+        """Put the joints' own pressure of water into them; in large displacement they have none."""
         state, joints = self.state, self.state.joints
-        if joints is not None and state.history is not None and state.water is not None:
+        if joints is not None and state.history is not None and state.water is not None and self._where is None:
             state.history = replace(state.history, water=joints.lumped(state.water.beyond_table))
 
     def solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
@@ -178,6 +173,8 @@ class StageRun:
         plastic = equations.plastic
         if plastic is not None and at.plastic is not None and not converged:
             plastic = plastic.after(at.plastic)  # stresses of the last state, not those of elastic rock there
+        if state.water is not None and of.discretization.large:
+            state.water, loads = self._water(state.water.load.water), self.loads_on(present)
         end = self.end_at(name, present, replace(equations, plastic=plastic), at, loads, converged)
         leaves = converged and equations.leaves(at)
         moving = None if converged or loose else self.moving
@@ -298,6 +295,9 @@ class StageRun:
                 if self._loose(equations, at, present):
                     return equations, at, False
                 continue
+            if (wetter := wetted(self, equations, at.u, present)) is not None:
+                self.state.u, equations = at.u, wetter
+                continue
             if history is None or start is None or joints is None or at.state is None:
                 equations = equations.after(at, None)
                 break
@@ -321,8 +321,12 @@ class StageRun:
         """Return weights, loads and water on the rock that is there, on the unknowns of `loaded`."""
         state, (mesh, basis, _) = self.state, self.of.loaded
         loads = load_vector(state.model, mesh, basis, state.loads, present) + state.pressures
+        self.in_water = None
         if state.water is None:
             return loads
+        if self.of.discretization.large and self.of.apart is not None:
+            self.in_water = water_forces(state.water, self.of.apart, state.u, present)
+            return loads + self.in_water
         water = seepage_forces(state.water, present, mesh, basis)
         if self.of.apart is not None:
             water = water + self.of.apart.left_of_water(state.water, water, state.history, present)
@@ -364,6 +368,7 @@ class StageRun:
             tangents=Tangents(stiffness, opening, slip, free),
             size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
             large=self._large(on, free) if large else None,
+            water=None if self.in_water is None else of.merged(self.in_water),
         )
 
     def _large(self, on: BoolArray, free: FreeUnknowns) -> LargeBlocks:

@@ -200,16 +200,23 @@ def _total_stress(of: Continuum, end: StageEnd) -> tuple[FloatArray, FloatArray]
     basis, block = of.basis, of.mesh.block
     if end.large is not None:
         cells = end.large.rock.at(end.u, basis.element_dofs)
-        return end.large.rock.stress(cells), end.large.rock.area(cells)
+        return end.large.rock.stress(cells) - _mean_pressure(of, end), end.large.rock.area(cells)
     stress = stress_of(mean_gradient(basis, end.u) - gradient_at_fill(end.fills, basis, block), end.stiffness)
     area = basis.dx.sum(axis=1)
     given = end.without_strain(block)
     if given is not None:
         xx, yy, xy = (given * basis.dx).sum(axis=2) / area
         stress = stress + np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
-    if end.water is not None:
-        stress = stress - ((end.water.pressure * basis.dx).sum(axis=1) / area)[:, None, None] * np.eye(2)
-    return stress * end.present[block][:, None, None], area
+    return (stress - _mean_pressure(of, end)) * end.present[block][:, None, None], area
+
+
+def _mean_pressure(of: Continuum, end: StageEnd) -> FloatArray:
+    """Return the mean pressure of the water in every cell that is there, on the diagonal of (t, 2, 2) [Pa]."""
+    if end.water is None:
+        return np.zeros((of.basis.nelems, 2, 2))
+    dx = of.basis.dx
+    mean: FloatArray = (end.water.pressure * dx).sum(axis=1) / dx.sum(axis=1) * end.present[of.mesh.block]
+    return mean[:, None, None] * np.eye(2)
 
 
 def _bolts(of: Continuum, end: StageEnd) -> BoltForces:
