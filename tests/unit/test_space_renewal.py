@@ -1,5 +1,7 @@
 """Contact polygons in space found again where blocks have slid: clipping, edges, walls, what continues in them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -228,6 +230,22 @@ def test_shear_and_slip_go_on_where_polygons_are_found_again():
     way = turned_by(np.array([[0.002, 0, 0]]), np.array([[0.2, -0.3, 0.15]]))[0]
     assert_allclose(slid[table & here], np.tile(way, (sum(table & here), 1)), atol=1e-12)
     assert again.mated[table & here].all()
+
+
+def test_a_polygon_that_is_gone_leaves_forces_on_its_faces_alone():
+    """A cube on two tables has come to one of them: the other's polygon, as given, is stale at every search."""
+    cube = box((0.25, 0, 0), (0.75, 0.5, 0.5))
+    system = BlockSystem(model_in_space([*TABLES, cube], fixed=(0, 1), kn=1e7, ks=3e6))
+    history, position = PointHistory.none(), system.start.copy()
+    position[2, :3] = -0.25, 0, -1e-4
+    for _ in range(2):
+        contacts = system.gather(history, position, first=False)
+        history, _ = system.commit(contacts, system.evaluate(contacts, position), position)
+        assert 1 not in [*contacts.candidates.block_a, *contacts.candidates.block_b]
+    shear = np.zeros_like(history.shear)
+    shear[0, 0] = 1.0  # in one point alone
+    again = system.gather(replace(history, shear=shear), position, first=False)
+    assert_allclose(again.old_shear[again.key == history.key[0]], shear[:1])
 
 
 @pytest.fixture(scope="module")

@@ -67,7 +67,9 @@ class Renewal:
         found = self.surfaces.polygons(position, moves, self.held, self.band, RULES.min_overlap * self.size)
         found = found.some(~self._behind(found, before, position) & self.catalogue.have_stiffness(found))
         fresh = found.some(~np.isin(polygons_of(found.key), polygons_of(points.key[~stale])))
-        stale |= _on_faces_of(points, (fresh, points.some(stale)), moves)
+        gone = before.candidates.history < 0  # such polygons of the given geometry are stale at every search
+        gone &= ~np.isin(polygons_of(points.key), polygons_of(found.key))
+        stale |= _on_faces_of(points, (fresh, points.some(stale & ~gone)), moves)
         new = found.some(~np.isin(polygons_of(found.key), polygons_of(points.key[~stale])))
         if not (stale.any() or len(new.key)):
             return before
