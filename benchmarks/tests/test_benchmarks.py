@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from benchmarks import engines, measure, pages, programs, report, shaken_walls, tables, tall_walls
+from benchmarks import damped_slopes, engines, measure, pages, programs, report, shaken_walls, tables, tall_walls
 from benchmarks.cases import CASES
 from tests.scenes import large
 
@@ -143,6 +143,15 @@ def test_a_row_of_shaken_walls(monkeypatch):
     assert found["blocks"] == "6"
     assert float(found["balance missed by, %"]) < 1
     assert int(found["steps"]) > 1000
+
+
+@pytest.mark.heavy
+def test_a_row_of_damped_slopes():
+    """The sums of dashpots never make the time step shorter than their greatest ratio does."""
+    row = damped_slopes.row(*damped_slopes.drawn(1)[0])
+    blocks, _, verdict, expected, steps, before, *_ = row
+    assert (int(blocks) > 50, verdict) == (True, "stable")
+    assert 0.5 * int(expected) < int(steps) <= int(before)
 
 
 def test_tall_walls_are_drawn_short_of_toppling_and_of_sliding():

@@ -41,9 +41,8 @@ def advance(
     blocks, geometry : block_a, block_b (m,), (m, 12) float64
         As `relative_positions` takes them.
     springs : (m, 12) float64
-        Normal stiffness, shear stiffness, offset, tension, dashpot, strength at no pressure and its slope, reach, gap
-        after the last cycle, slip in the window, a second line of strength; tension, and strength at no pressure with
-        it, are lost by opening. The lower line is the strength.
+        Stiffness (normal, shear), offset, tension, dashpot, line of strength (at no pressure, slope), reach, last gap,
+        slip in the window, second line. The lower line counts. Opening takes tension, and strength at no pressure.
     shear, place, marks : (m, 3), (m, 3) float64, (m,) int8
         Shear force on a, movement against the face at it, in b's frame, and what happened; they change in place.
     supports, free : blocks (l,), projectors (l, 6, 6), prescribed (n, 6); (k,) int64
