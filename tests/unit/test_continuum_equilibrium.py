@@ -209,3 +209,15 @@ def test_a_start_at_the_blocks_finds_the_equilibrium_near_them():
         (stage,) = continuum.solve(nominal_constants(continuum.model), near=[position])
         assert stage.converged
         assert_allclose(stage.displacement[1, 1], expected * push / stiffness, rtol=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_equilibrium_is_found_from_blocks_that_slipped_past_it(seed):
+    """By up to a millimetre: friction is the same on the way back, until a block sticks within micrometres."""
+    continuum, given = equations(stack(bsm.MohrCoulomb(friction=30.0)), 1)
+    rng, dofs, block = np.random.default_rng(seed), continuum.basis.element_dofs, continuum.mesh.block
+    slipped = rng.normal(0, 10 ** rng.uniform(-4, -3), continuum.model.blocks.count)
+    slipped[0] = 0.0
+    u = np.zeros(continuum.basis.N)
+    u[dofs[::2]] = slipped[block]
+    assert find_equilibrium(given, u)[1]

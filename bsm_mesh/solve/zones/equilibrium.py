@@ -378,7 +378,7 @@ def _line_minimum(
     first = float(along @ now.left)
     low, high, part = 0.0, np.inf, 1.0
     new = now
-    for _ in range(8):
+    for _ in range(FROZEN_ITERATIONS):  # halvings: a block that slips back stops within a micrometre
         new = equations.at(equations.moved(now.u, part * correction), multipliers, pressure)
         work = float(along @ new.left)
         if abs(work) < 0.1 * abs(first):
