@@ -49,12 +49,13 @@ def test_a_bolt_of_a_later_stage_has_no_tension_before():
 
 @pytest.mark.heavy
 def test_energies_balance_while_a_bolted_block_is_shaken():
-    """It slides up and down the slope by centimetres, and the bolt turns."""
+    """It slides up and down the slope by centimetres, and the bolt turns; then it is at rest."""
     shaking = bsm.Shaking(waveform="sine", frequency=2.0, cycles=2, amplitude=1.0, duration=1.2, every=0.05)
     stages = [bsm.Stage(name="quake", shaking=dataclasses.replace(shaking, mass_damping=(0.2, 1.0)))]
     stage = bsm.run(bolted(young=1e9, kn=1e9, friction=10.0, stages=stages)).stages[-1]
     assert stage.shaking.imbalance < 1e-3
     assert stage.shaking.peak_velocity[1] > 0.05
+    assert stage.status.value == "stable", stage.reason
 
 
 def test_the_tangent_with_bolts_is_the_derivative_of_the_forces():

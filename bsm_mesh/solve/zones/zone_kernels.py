@@ -90,7 +90,7 @@ def advance_zones(
         _add_rock(here, rock, forces)
         ends = _add_points(here, points, laws, reach, state, forces)
         _set_bolts(here, bolts, room[1])
-        _damp(damping, velocity, forces)
+        _damp(damping, velocity, room[1], forces)
         base, half = (loads[1], loads[2][cycle]), wave[1][cycle] / 2
         wave[2][0] += half * _power(half, wave[0], velocity)
         move_shaken(own, supports, inverse_mass, base, shaken, None, cycle, room, velocity, here, there)
@@ -254,13 +254,15 @@ def _set_bolts(here: FloatArray, bolts: Spread, forces: FloatArray) -> None:  # 
 
 
 @njit(nogil=True)
-def _damp(damping: float, velocity: FloatArray, forces: FloatArray) -> None:  # pragma: no cover - compiled
-    """Let a part of each force (k, 3) act against the velocity."""
+def _damp(
+    damping: float, velocity: FloatArray, bolts: FloatArray, forces: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Let a part of each force (k, 3), with that of bolts (k, 3), act against the velocity."""
     if damping == 0.0:
         return
     for i in range(forces.shape[0]):
         for axis in range(2):
-            force = forces[i, axis]
+            force = forces[i, axis] + bolts[i, axis]
             forces[i, axis] -= damping * force if force * velocity[i, axis] > 0.0 else -damping * force
 
 
