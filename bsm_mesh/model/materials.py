@@ -33,6 +33,7 @@ from bsm_mesh.model.values import Rules, is_number, plain_numbers
 from bsm_mesh.model.zones import Zones
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
+SOFTENING = ("residual_friction", "residual_cohesion", "softening_slip")  # of faces of rock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +150,7 @@ class Rock:
             cure = "give young and poisson" if self.young is None else "its stiffness is 'rigid': leave stiffness out"
             rules.faults.append(f"{rules.thing}: zones deform by the rock's elasticity; {cure}")
         raise_faults(rules.faults)
-        raise_faults([f"{rules.thing}: {text}" for text in self._plastic_faults()])
+        raise_faults([f"{rules.thing}: {text}" for text in (*self._plastic_faults(), *self._idle_faults())])
         with placed(rules.thing):
             law = self.law
         left = residual_tension_faults(self.residual_tensile_strength, self.tensile_strength or 0.0, law)
@@ -189,13 +190,22 @@ class Rock:
             found.append("zones yield by hoek_brown; leave cohesion, friction and tensile_strength out")
         if not self.can_fail:
             found.append("zones yield by the rock's strength; give cohesion, friction or tensile_strength")
-        softens = (self.residual_friction, self.residual_cohesion, self.softening_slip)
-        if any(value is not None for value in softens) or self.residual_tensile_strength:
+        if any(getattr(self, name) is not None for name in SOFTENING) or self.residual_tensile_strength:
             found.append("zones that yield keep their strength; leave the residual strength and softening_slip out")
         if not by_curve and self.zones.dilation > (self.friction or 0.0):
             limit = f"friction = {self.friction or 0.0:g}"
             found.append(f"zones: dilation = {self.zones.dilation:g} is above {limit}, and would create energy")
         return found
+
+    def _idle_faults(self) -> list[str]:
+        """Return a sentence on residual strength where there is none that slip could reduce."""
+        given = [name for name in SOFTENING if getattr(self, name) is not None]
+        if not given or self.can_fail:
+            return []
+        return [
+            f"{given[0]} = {getattr(self, given[0]):g} never acts: faces of a rock without cohesion, friction and "
+            f"tensile_strength carry whatever comes; give these, or leave {given[0]} out"
+        ]
 
     @property
     def law(self) -> MohrCoulomb | None:

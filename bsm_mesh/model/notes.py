@@ -19,6 +19,7 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import InSituTraction, Load
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.quantities import GRAVITY_PART, STRENGTH_FACTOR, STRESS_RATIO, quantities_of
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.stages import presence
@@ -29,6 +30,11 @@ from bsm_mesh.model.water import Water
 SIDEWAYS = 0.5  # of gravity, upwards: more than 60 degrees off is most likely another unit, or a sign
 UNBALANCED = 0.1  # of the mean unit weight: rocks of several weights have no field in equilibrium
 LEAST_FRICTION = 2.0  # degrees: clay of smectite keeps 4 to 5; a tangent or radians of a friction angle are below 1.6
+IDLE = {  # options that have no meaning for a scheme
+    "continuation": ("sliding_stiffness",),
+    "linear": ("max_steps", "displacement_limit", "sliding_stiffness", "falls"),
+    "wang": (),
+}
 SMALLEST, GREATEST = 0.1, 2e3  # m: beyond specimens and the greatest slopes (1 km high) the unit is most likely another
 
 
@@ -58,6 +64,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *_of_levels(model),
         *of_water_on_excavations(model),
         *of_stages(model),
+        *of_idle_options(model.options),
         *(() if fails else _of_strength_that_does_not_matter(model)),
     ]
     return list(dict.fromkeys(found))
@@ -99,6 +106,22 @@ def of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]
         if rock.law is not None:
             yield from _beyond_apex(f"rock '{rock.name}'", rock.tensile_strength or 0.0, rock.law.cohesion, rock.law)
             yield from _kept_cohesion(f"rock '{rock.name}'", rock.law)
+        if rock.zones is not None and rock.has_strength and not rock.yields:
+            yield (
+                f"rock '{rock.name}': its zones are elastic, and its strength limits only faces without a joint; for "
+                'rock that yields give zones = { law = "mohr_coulomb" }'
+            )
+
+
+def of_idle_options(options: Options | None) -> Iterator[str]:
+    """Say which options of a solver have no meaning for its scheme."""
+    if options is None:
+        return
+    usual = Options()
+    idle = [name for name in IDLE[options.scheme] if getattr(options, name) != getattr(usual, name)]
+    if idle:
+        verb = "has" if len(idle) == 1 else "have"
+        yield f"solver: {' and '.join(idle)} {verb} no effect with scheme = '{options.scheme}'"
 
 
 def _of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:

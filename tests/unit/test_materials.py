@@ -67,6 +67,10 @@ def test_faults_say_thing_value_and_rule(make, message):
             "joint 'J': tensile_strength = 100000 Pa never acts: a ",
         ),
         (
+            lambda: bsm.Rock("schist", unit_weight=26e3, young=1e9, poisson=0.2, residual_friction=20),
+            "rock 'schist': residual_friction = 20 never acts: faces of a rock without cohesion, friction and",
+        ),
+        (
             lambda: bsm.Filling(thickness=1e-6, young=1e13, poisson=0.3),
             "filling: normal_stiffness of young, poisson and thickness = 1.34615e+19 Pa/m must be 1 to 1e18 Pa/m",
         ),

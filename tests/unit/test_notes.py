@@ -59,6 +59,18 @@ def test_an_ordinary_model_has_none() -> None:
         ),
         ({"joints": [joint(normal_stiffness=1e3)]}, "joint 'J': normal_stiffness = 1000 Pa/m is unusual"),
         (
+            {"rocks": [replace(ROCK, young=1e9, poisson=0.2, cohesion=1e5, residual_cohesion=0, zones=bsm.Zones())]},
+            "rock 'rock': its zones are elastic, and its strength limits only faces without a joint",
+        ),
+        (
+            {"options": bsm.Options(sliding_stiffness=0.1)},
+            "solver: sliding_stiffness has no effect with scheme = 'continuation'",
+        ),
+        (
+            {"options": bsm.Options(scheme="linear", max_steps=3, falls=bsm.Falls(on_fall="remove"))},
+            "solver: max_steps and falls have no effect with scheme = 'linear'",
+        ),
+        (
             {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=5e8, residual_cohesion=0))]},
             "joint 'J': cohesion = 5e+08 Pa is unusual (0 to 2e6 Pa is usual): tests of joints give less than 1 MPa; "
             "kPa may be meant; check the number and its unit",
