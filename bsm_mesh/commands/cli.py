@@ -314,11 +314,13 @@ def joint_test(model: Path, output: Path | None, as_json: bool, no_scripts: bool
 
 
 @cli.command()
-def schema() -> None:
+@click.option("--dimensions", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Of the blocks.")
+def schema(dimensions: str) -> None:
     """Print the JSON Schema of the model file."""
     from bsm_mesh.modelfile.model_tables import ModelFile
+    from bsm_mesh.modelfile.space_tables import SpaceFile
 
-    say_json(ModelFile.model_json_schema())
+    say_json((ModelFile if dimensions == "2" else SpaceFile).model_json_schema())
 
 
 for command in (compare, safety, newmark, back_analysis, study, plot, view, liner, paraview, report, verify):

@@ -41,7 +41,7 @@ class RockBoxTable(Table):
     """The rock: a box that joints cut, or a mesh; x east, y north, z up."""
 
     box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="lower south-west and upper north-east corner"
+        default=None, description="lower south-west and upper north-east corner: [[x, y, z], [x, y, z]]"
     )
     file: PathText | None = Field(
         default=None,
@@ -77,11 +77,13 @@ class JointSetTable(Table):
     name: str = Field(description="of the joint: [joint.NAME] has its properties")
     dip: Dip = Field(description="below the horizontal")
     dip_direction: Angle = Field(description="clockwise from north")
-    spacing: Length | DistributionTable | None = Field(default=None, description="normal to the planes; or density")
-    density: Annotated[float, q.JOINT_DENSITY] | None = Field(
-        default=None, description="area of joints a volume; with radius"
+    spacing: Length | DistributionTable | None = Field(
+        default=None, description="normal to the planes, or a distribution { law, mean, deviation }"
     )
-    radius: Length | DistributionTable | None = Field(default=None, description="of the discs")
+    density: Annotated[float, q.JOINT_DENSITY] | None = Field(
+        default=None, description="instead of spacing: area of joints per volume, with radius"
+    )
+    radius: Length | DistributionTable | None = Field(default=None, description="of the discs, or a distribution")
     origin: Vector | None = Field(default=None, description="a point on one of the planes")
     scatter: ScatterTable | None = Field(default=None, description="of the orientation; default: none")
     persistence: Annotated[float, q.PART] = Field(

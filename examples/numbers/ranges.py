@@ -12,47 +12,51 @@ from pydantic_core import PydanticUndefined
 from bsm_mesh.modelfile.keys import quantity_within, table_within
 from bsm_mesh.modelfile.mesh_tables import Table as FileTable
 from bsm_mesh.modelfile.model_tables import ModelFile
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from examples.numbers.pages import Table, markdown
 
-PAGES = {  # page: tables of the model file
-    "ground": ("", "mesh", "rock", "joint"),
-    "loads": ("boundary", "support", "load", "gravity", "in_situ", "water", "flow"),
-    "bolts": ("bolt",),
-    "stages": ("stage",),
-    "run": ("history", "solver", "falls", "output", "report"),
+CUT_ROCK = ("mesh", "joint_set", "joint_plane", "excavation", "slope", "key_blocks")
+ON_ROCK = ("support", "load", "bolt", "in_situ", "water", "gravity", "stage")
+PAGES: dict[str, tuple[type[FileTable], tuple[str, ...]]] = {  # page: model file, and its tables there
+    "ground": (ModelFile, ("", "mesh", "rock", "joint")),
+    "loads": (ModelFile, ("boundary", "support", "load", "gravity", "in_situ", "water", "flow")),
+    "bolts": (ModelFile, ("bolt",)),
+    "stages": (ModelFile, ("stage",)),
+    "run": (ModelFile, ("history", "solver", "falls", "output", "report")),
+    "space": (SpaceFile, ("", *CUT_ROCK, *ON_ROCK)),
 }
 HEADER = ("key", "default", "range and unit", "usual", "meaning")
 
 
-def make_keys(names: tuple[str, ...]) -> str:
+def make_keys(file: type[FileTable], names: tuple[str, ...]) -> str:
     """Return the tables of a page, a heading each."""
     parts = []
     for name in names:
         if name == "":
-            plain = {key: field for key, field in ModelFile.model_fields.items() if table_within(typed(field)) is None}
+            plain = {key: field for key, field in file.model_fields.items() if table_within(typed(field)) is None}
             parts.append(f"## Top level\n\n{markdown(HEADER, rows_of(plain))}")
             continue
-        table = table_within(typed(ModelFile.model_fields[name]))
+        table = table_within(typed(file.model_fields[name]))
         assert table is not None
-        for path, inner in tables_within(name, table):
-            parts.append(f"## {title(path)}\n\n{markdown(HEADER, rows_of(inner.model_fields))}")
+        for path, inner in tables_within(file, name, table):
+            parts.append(f"## {title(file, path)}\n\n{markdown(HEADER, rows_of(inner.model_fields))}")
     return "\n\n".join(parts)
 
 
-def tables_within(path: str, table: type[FileTable]) -> Iterator[tuple[str, type[FileTable]]]:
+def tables_within(file: type[FileTable], path: str, table: type[FileTable]) -> Iterator[tuple[str, type[FileTable]]]:
     """Yield a table and the tables in it that stand nowhere else, each with the way to it."""
     yield path, table
-    top = {table_within(typed(field)) for field in ModelFile.model_fields.values()}
+    top = {table_within(typed(field)) for field in file.model_fields.values()}
     for key, field in table.model_fields.items():
         inner = table_within(typed(field))
         if inner is not None and inner not in top:
-            yield from tables_within(f"{path}.{key}", inner)
+            yield from tables_within(file, f"{path}.{key}", inner)
 
 
-def title(path: str) -> str:
+def title(file: type[FileTable], path: str) -> str:
     """Return a table as it is written in a model file."""
     first, _, rest = path.partition(".")
-    kind = get_origin(ModelFile.model_fields[first].annotation)
+    kind = get_origin(file.model_fields[first].annotation)
     name = f"{first}.NAME" if kind is dict else first
     return f"`[[{name}]]`" if kind is list and not rest else f"`[{name}{'.' + rest if rest else ''}]`"
 
@@ -119,6 +123,6 @@ def choices(annotation: Any) -> list[object]:
 
 
 TABLES = tuple(
-    Table(name=f"keys-{page}", page=f"docs/keys_{page}.md", make=partial(make_keys, names), tolerance=0.0)
-    for page, names in PAGES.items()
+    Table(name=f"keys-{page}", page=f"docs/keys_{page}.md", make=partial(make_keys, file, names), tolerance=0.0)
+    for page, (file, names) in PAGES.items()
 )

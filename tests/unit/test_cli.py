@@ -17,7 +17,9 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_pvd
+from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import ModelFile
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.results import Results
 from tests.scenes.small_case import MODEL, Case, command, environment, run_process, tree
 
@@ -215,11 +217,18 @@ def test_schema_describes_the_models(case: Case) -> None:
         jsonschema.validate(tomllib.loads(text), schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(tomllib.loads(MODEL.replace("young", "yuong")), schema)
+    in_space = json.loads(case.run("schema", "--dimensions", "3").out)
+    for name in ("dome", "key_blocks", "roof", "wedge"):
+        text = (starter.parents[1] / name / "model.toml").read_text(encoding="utf-8")
+        assert text.startswith("#:schema schema.json")
+        assert "schema --dimensions 3 >" in text.splitlines()[0]
+        jsonschema.validate(tomllib.loads(text), in_space)
 
 
-def test_schema_has_every_key(case: Case) -> None:
-    schema = json.loads(case.run("schema").out)
-    assert set(schema["properties"]) == set(ModelFile.model_fields)
+@pytest.mark.parametrize(("dimensions", "file"), [("2", ModelFile), ("3", SpaceFile)])
+def test_schema_has_every_key(case: Case, dimensions: str, file: type[Table]) -> None:
+    schema = json.loads(case.run("schema", "--dimensions", dimensions).out)
+    assert set(schema["properties"]) == set(file.model_fields)
     assert schema["additionalProperties"] is False
 
 
