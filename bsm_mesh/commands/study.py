@@ -113,7 +113,8 @@ def run_study(
         if study.file.movement_limit is not None:
             metadata[MOVEMENT_LIMIT] = repr(study.file.movement_limit)
         has_factor = "factor_of_safety" in study.file.answers
-        table = make_table(study.plan, rows, factor=has_factor, metadata=metadata)
+        bulk = model.blocks.bulk_name
+        table = make_table(study.plan, rows, factor=has_factor, bulk=bulk, metadata=metadata)
         summary = {"title": study.title, **identity, **summary_of(table, drawn=study.is_drawn)}
         table.write(folder.path / TABLE)
         write_text(folder.path / SUMMARY, f"{json.dumps(summary, indent=2)}\n")

@@ -19,7 +19,7 @@ from bsm_mesh.results.results import Results
 from bsm_mesh.solving import solve
 from bsm_mesh.studies.sampling import Value
 from bsm_mesh.studies.scatter import Scatter, scatter_joint
-from bsm_mesh.studies.table import FAILED
+from bsm_mesh.studies.table import FAILED, unstable_bulk
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -131,7 +131,7 @@ def told_of(results: Results) -> dict[str, Any]:
         "reason": stage.reason,
         "max_displacement": stage.max_displacement,
         "unstable_blocks": len(down),
-        "unstable_area": float(results.blocks.moments.area[down].sum()),
+        unstable_bulk(results.blocks.bulk_name): float(results.blocks.moments.bulk[down].sum()),
         "steps": sum(len(each.steps) for each in results.stages),
     }
 

@@ -118,7 +118,8 @@ def run_file(
                     resumes=resume,
                 )
             )
-        model, notes = build_file(file, path, reach, report)
+        loaded = build_file(file, path, reach, report)
+        model, notes = loaded.model, loaded.notes
         for note in notes:
             noted(note)
 

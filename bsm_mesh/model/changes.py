@@ -10,6 +10,7 @@ import numpy as np
 
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.earth_pressure import EarthPressure
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import (
     EdgeTractions,
     InSituTraction,
@@ -86,7 +87,7 @@ def with_load_factor(model: Model, factor: float, *, number: int, stage: str | N
 
 
 def with_water_rise(model: Model, rise: float) -> Model:
-    """Return a model with all its water tables, those of stages too, raised [m].
+    """Return a model with all its water tables, or planes in space, those of stages too, raised [m].
 
     Raises
     ------
@@ -94,8 +95,9 @@ def with_water_rise(model: Model, rise: float) -> Model:
         If it has none.
     """
     waters = [model.water, *(stage.water for stage in model.stages)]
-    if not any(water is not None and water.table for water in waters):
-        raise ModelError("water.rise: the model has no water table; give [water] table")
+    if not any(water is not None and (water.table or water.plane) for water in waters):
+        cure = "[water] plane" if in_space(model.blocks) else "[water] table"
+        raise ModelError(f"water.rise: the model has no water table; give {cure}")
     stages = [replace(stage, water=_raised(stage.water, rise)) for stage in model.stages]
     return model.replace(water=_raised(model.water, rise), stages=stages)
 
@@ -103,17 +105,26 @@ def with_water_rise(model: Model, rise: float) -> Model:
 def _raised(water: Water | None, rise: float) -> Water | None:
     if water is None:
         return None
+    if water.plane is not None:
+        x, y, z = water.plane.point
+        return replace(water, plane=replace(water.plane, point=(x, y, z + rise)))
     return replace(water, table=tuple(tuple((x, y + rise) for x, y in table) for table in water.table))
 
 
 def tilted_left(model: Model, angle: float) -> Model:
     """Return a model tilted to the left, counter-clockwise [degrees]: gravity turns the other way."""
-    return model.replace(gravity_direction=model.gravity_direction - angle)
+    return _tilted(model, angle)
 
 
 def tilted_right(model: Model, angle: float) -> Model:
     """Return a model tilted to the right, clockwise [degrees]."""
-    return model.replace(gravity_direction=model.gravity_direction + angle)
+    return _tilted(model, -angle)
+
+
+def _tilted(model: Model, angle: float) -> Model:
+    if in_space(model.blocks):
+        raise ModelError("tilt.left and tilt.right are for the plane; in space vary gravity.horizontal, with its trend")
+    return model.replace(gravity_direction=model.gravity_direction - angle)
 
 
 def _with_factor(loads: tuple[Load, ...], number: int, factor: float, what: str) -> tuple[Load, ...]:

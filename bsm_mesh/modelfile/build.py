@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from bsm_mesh.errors import MeshWarning, ModelError, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
@@ -36,7 +36,7 @@ from bsm_mesh.modelfile.mesh_tables import LineFile
 from bsm_mesh.modelfile.model_file import read_model_file, read_toml, validated
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.space_file import validated_space
+from bsm_mesh.modelfile.space_file import Cutter, blocks_of, validated_space
 from bsm_mesh.modelfile.space_model import build_space_model
 from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.modelfile.unused import unused_notes
@@ -97,11 +97,15 @@ def read_file(path: Path) -> ModelFile | SpaceFile:
     ModelError
         As `read_model_file`.
     """
-    content = read_toml(path, "model file")
+    return checked(read_toml(path, "model file"), path.name)
+
+
+def checked(content: dict[str, Any], name: str) -> ModelFile | SpaceFile:
+    """Return the content of a model file of the plane or of three dimensions, checked; `name` is the file's."""
     dimensions = content.get("dimensions")
     if dimensions not in (None, 3):
-        raise ModelError(f"{path.name}: dimensions = {dimensions!r}: must be 3; in a model of the plane leave it out")
-    return (validated_space if dimensions == 3 else validated)(content, path.name)
+        raise ModelError(f"{name}: dimensions = {dimensions!r}: must be 3; in a model of the plane leave it out")
+    return (validated_space if dimensions == 3 else validated)(content, name)
 
 
 def output_folder(file: ModelFile | SpaceFile, path: Path, reach: Reach) -> Path:
@@ -140,10 +144,10 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
         With every fault found in the file, its mesh or the model as a whole.
     """
     path = Path(path)
-    model, notes = build_file(read_file(path), path, Reach(folder=path.parent, scripts=scripts))
-    for note in notes:
+    loaded = build_file(read_file(path), path, Reach(folder=path.parent, scripts=scripts))
+    for note in loaded.notes:
         warnings.warn(one_line(note), MeshWarning, stacklevel=3)  # where `bsm.load` was called
-    return model
+    return loaded.model
 
 
 def load_model_file(
@@ -151,30 +155,29 @@ def load_model_file(
 ) -> LoadedModel:
     """Return the model of a model file with its options and the notes on its mesh, of three dimensions with `space`."""
     file = read_file(path) if space else read_model_file(path)
-    reach = Reach(folder=path.parent, scripts=scripts)
-    if isinstance(file, ModelFile):
-        return build_model(file, path, reach, report)
-    model, notes = build_file(file, path, reach, report)
-    assert model.options is not None
-    return LoadedModel(
-        path=path, reach=reach, file=file, model=model, options=model.options, notes=notes, mesh_lines=(), dangling={}
-    )
+    return build_file(file, path, Reach(folder=path.parent, scripts=scripts), report)
 
 
 def build_file(
-    file: ModelFile | SpaceFile, path: Path, reach: Reach, report: Reporter = lambda text: None
-) -> tuple[Model, tuple[str, ...]]:
-    """Return the model of a model file of the plane or of three dimensions, and the notes on its mesh."""
-    if isinstance(file, ModelFile):
-        loaded = build_model(file, path, reach, report)
-        return loaded.model, loaded.notes
-    report("reading the mesh" if file.mesh.box is None else "cutting the rock")
-    return build_space_model(file, path, reach), ()
-
-
-def build_model(
-    file: ModelFile, path: Path, reach: Reach, report: Reporter = lambda text: None, mesher: Mesher = read_blocks
+    file: ModelFile | SpaceFile,
+    path: Path,
+    reach: Reach,
+    report: Reporter = lambda text: None,
+    mesher: Mesher = read_blocks,
+    cutter: Cutter = blocks_of,
 ) -> LoadedModel:
+    """Return the model of a file of the plane, its blocks by a `Mesher`, or of three dimensions, by a `Cutter`."""
+    if isinstance(file, ModelFile):
+        return _build_plane(file, path, reach, report, mesher)
+    report("reading the mesh" if file.mesh.box is None else "cutting the rock")
+    model = build_space_model(file, path, reach, cutter)
+    assert model.options is not None
+    return LoadedModel(
+        path=path, reach=reach, file=file, model=model, options=model.options, notes=(), mesh_lines=(), dangling={}
+    )
+
+
+def _build_plane(file: ModelFile, path: Path, reach: Reach, report: Reporter, mesher: Mesher) -> LoadedModel:
     """Return the model of a model file that was read, with its options and the notes on its mesh, by a `Mesher`."""
     faults: list[str] = []
     rocks = _collect(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])

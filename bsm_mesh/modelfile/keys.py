@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
+from pydantic.fields import FieldInfo
+
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.modelfile.mesh_tables import Table
-from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.units import Each
 
 PART = re.compile(r'"([^"]+)"|([^."]+)')
@@ -36,11 +37,11 @@ def key_parts(key: str) -> list[str]:
     return found
 
 
-def put(content: dict[str, Any], key: str, value: object) -> Any:
-    """Put a value where a key leads to, in the content of a model file; return the type that the schema gives it."""
+def put(content: dict[str, Any], key: str, value: object, root: type[Table]) -> Any:
+    """Put a value where a key leads to, in the content of a file; return the type that its schema `root` gives it."""
     parts = key_parts(key)
     place: Any = content
-    schema: Any = ModelFile  # the type of `place`; None where anything may stand
+    schema: Any = root  # the type of `place`; None where anything may stand
     for k, part in enumerate(parts):
         way, last = ".".join(parts[:k]) or "a model file", k == len(parts) - 1
         if not isinstance(place, dict | list):
@@ -49,7 +50,7 @@ def put(content: dict[str, Any], key: str, value: object) -> Any:
         schema = _type_of(schema, place, part, way, key)
         bare = _bare(schema)
         if last and _is_table(bare):
-            raise ModelError(f"'{key}' is a table; add one of its keys{nearest(part, bare.model_fields)}")
+            raise ModelError(f"'{key}' is a table; add one of its keys{nearest(part, _keys(bare))}")
         if last:
             place[name] = value
         elif isinstance(place, dict):
@@ -65,9 +66,10 @@ def _type_of(schema: Any, place: Any, part: str, way: str, key: str) -> Any:
         return Annotated[float, each.quantity]
     schema = _bare(schema)
     if _is_table(schema):
-        if part not in schema.model_fields:
-            raise ModelError(f"'{key}': {way} has no key '{part}'{nearest(part, schema.model_fields)}")
-        field = schema.model_fields[part]
+        fields = _keys(schema)
+        if part not in fields:
+            raise ModelError(f"'{key}': {way} has no key '{part}'{nearest(part, fields)}")
+        field = fields[part]
         return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
     member = get_args(schema)[-1] if get_origin(schema) in (list, dict) else None
     if isinstance(place, dict) and _is_table(member) and part not in place:
@@ -94,6 +96,11 @@ def entry_number(part: str, place: list[Any]) -> int | None:
     if named:
         return named[0]
     return int(part) - 1 if part.isdecimal() and 1 <= int(part) <= len(place) else None
+
+
+def _keys(table: type[Table]) -> dict[str, FieldInfo]:
+    """Return the fields of a table by their keys; one whose key is a word of Python's has another name."""
+    return {field.alias or name: field for name, field in table.model_fields.items()}
 
 
 def _is_table(schema: Any) -> bool:

@@ -115,9 +115,7 @@ def validated(content: dict[str, Any], name: str) -> ModelFile:
             f"version {__version__} reads {SCHEMA_VERSION}: update it"
         )
     if content.get("dimensions") == 3:
-        raise ModelError(
-            f"{name}: is a model of three dimensions; only bsm-mesh run, check, safety, limit and key-blocks read it"
-        )
+        raise ModelError(f"{name}: is a model of three dimensions, and this command is for the plane")
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from pydantic import ValidationError
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.three_d import Excavation, JointPlane, JointSet, Opening
 
 SLOPE = "slope"  # boundary along it
+Cutter: TypeAlias = "Callable[[SpaceFile, Path, Reach, list[Any], list[Any]], Polyhedra]"
+"""Returns the blocks that joints and bodies cut: `blocks_of`, or what keeps what that returned."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -76,8 +78,16 @@ def load_space_file(path: Path, *, scripts: bool = True) -> LoadedSpace:
     return cut_space_file(read_space_file(path), path, Reach(folder=path.parent, scripts=scripts))
 
 
-def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
-    """Return the blocks and materials of a model file of three dimensions that was read."""
+def blocks_of(file: SpaceFile, path: Path, reach: Reach, joints: list[Any], bodies: list[Any]) -> Polyhedra:
+    """Return the blocks: of a mesh, or of the box that joints and bodies cut."""
+    if file.mesh.box is None:
+        return read_space_mesh(file, path, reach)
+    with placed(path.name):
+        return _cut(file, joints, bodies)
+
+
+def cut_space_file(file: SpaceFile, path: Path, reach: Reach, cutter: Cutter = blocks_of) -> LoadedSpace:
+    """Return the blocks, by a `Cutter`, and materials of a model file of three dimensions that was read."""
     faults: list[str] = []
     rocks = _made(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
     joints = _made(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
@@ -87,11 +97,7 @@ def cut_space_file(file: SpaceFile, path: Path, reach: Reach) -> LoadedSpace:
     bodies += _made(faults, [] if file.slope is None else [partial(_slope, file.slope)])
     faults += source_faults(file) or _name_faults(file)
     raise_faults([f"{path.name}: {fault}" for fault in faults])
-    if file.mesh.box is None:
-        blocks = read_space_mesh(file, path, reach)
-    else:
-        with placed(path.name):
-            blocks = _cut(file, sets, bodies)
+    blocks = cutter(file, path, reach, sets, bodies)
     raise_faults([f"{path.name}: [key_blocks] {fault}" for fault in _unknown_to(blocks, file)])
     return LoadedSpace(path=path, file=file, blocks=blocks, rocks=tuple(rocks), joints=tuple(joints))
 

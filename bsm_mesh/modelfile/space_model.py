@@ -17,20 +17,20 @@ from bsm_mesh.modelfile.build_parts import make_in_situ, make_load, make_options
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.space_file import LoadedSpace, cut_space_file
+from bsm_mesh.modelfile.space_file import Cutter, LoadedSpace, blocks_of, cut_space_file
 from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable, SpaceWaterTable
 from bsm_mesh.modelfile.unused import bolts_on_nothing
 
 
-def build_space_model(file: SpaceFile, path: Path, reach: Reach) -> Model:
-    """Return the model of a model file of three dimensions that was read.
+def build_space_model(file: SpaceFile, path: Path, reach: Reach, cutter: Cutter = blocks_of) -> Model:
+    """Return the model of a model file of three dimensions that was read, its blocks by a `Cutter`.
 
     Raises
     ------
     ModelError
         With every fault of the file, of the rock that it describes, or of the model as a whole.
     """
-    return space_model(cut_space_file(file, path, reach), reach)
+    return space_model(cut_space_file(file, path, reach, cutter), reach)
 
 
 def space_model(loaded: LoadedSpace, reach: Reach) -> Model:

@@ -22,17 +22,21 @@ from bsm_mesh.model.changes import NAMES, Change, change_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantity import Quantity, convert, number_of
 from bsm_mesh.model.stages import INITIAL
-from bsm_mesh.modelfile.build import LoadedModel, build_model
+from bsm_mesh.modelfile.build import LoadedModel, build_file, checked
 from bsm_mesh.modelfile.build_marks import geometry_faults, places_in
 from bsm_mesh.modelfile.build_mesh import read_blocks
 from bsm_mesh.modelfile.keys import PARTS, entry_number, key_parts, put, quantity_in
-from bsm_mesh.modelfile.model_file import read_toml, validated
+from bsm_mesh.modelfile.model_file import read_toml
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
+from bsm_mesh.modelfile.space_file import blocks_of
+from bsm_mesh.modelfile.space_tables import SpaceFile
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
+    from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
+CUT_BY = ("groups", "joint_set", "joint_plane", "excavation", "slope")  # tables that blocks in space depend on
 NOT_OF_BLOCKS = ("default_joint", "contact_points", "allow_unused")  # keys of [mesh] that leave the blocks as they are
 
 
@@ -65,11 +69,12 @@ class Variation:
         self.path = path.absolute()
         self._reach = Reach(folder=self.path.parent, scripts=scripts)
         self._content = read_toml(path, "model file")
-        self.file = validated(self._content, path.name)
+        self.file = checked(self._content, path.name)
         self._mesh: tuple[Blocks, MeshReport] | None = None
+        self._cut: Polyhedra | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_mesh": None}
+        return {**self.__dict__, "_mesh": None, "_cut": None}
 
     @property
     def digest(self) -> str:
@@ -93,7 +98,8 @@ class Variation:
         """
         changes = _changes(values)
         content = self._with({key: value for key, value in values.items() if key not in changes})
-        loaded = build_model(validated(content, self.path.name), self.path, self._reach, mesher=self._read_blocks)
+        file = checked(content, self.path.name)
+        loaded = build_file(file, self.path, self._reach, mesher=self._read_blocks, cutter=self._cut_blocks)
         model = loaded.model
         for name, change in changes.items():
             value = values[name]
@@ -163,7 +169,7 @@ class Variation:
         change = change_of(key_parts(key))
         if change is not None:
             return change.quantity
-        return quantity_in(put(copy.deepcopy(self._content), key, None))
+        return quantity_in(put(copy.deepcopy(self._content), key, None, type(self.file)))
 
     def unit(self, name: str) -> str:
         """Return the unit of a number, or the words behind a part of something; empty for none."""
@@ -210,21 +216,34 @@ class Variation:
         content, faults = copy.deepcopy(self._content), list[str]()
         for key, value in values.items():
             try:
-                put(content, key, value.item() if isinstance(value, np.generic) else value)
+                put(content, key, value.item() if isinstance(value, np.generic) else value, type(self.file))
             except ModelError as error:
                 faults.extend(f"{self.path.name}: {fault}" for fault in error.faults)
         raise_faults(faults)
         return content
 
     def _read_blocks(self, file: ModelFile, path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
-        """Return the blocks; those of the file as it is are kept."""
-        same = {name: getattr(self.file.mesh, name) for name in NOT_OF_BLOCKS}
-        changed = file.mesh.model_copy(update=same) != self.file.mesh or file.groups != self.file.groups
+        """Return the blocks of the plane; those of the file as it is are kept."""
+        assert isinstance(self.file, ModelFile)
+        changed = self._changes_mesh(file) or file.groups != self.file.groups
         if changed or places_in(file) != places_in(self.file):
             return read_blocks(file, path, reach)
         if self._mesh is None:
             self._mesh = read_blocks(file, path, reach)
         return self._mesh
+
+    def _cut_blocks(self, file: SpaceFile, path: Path, reach: Reach, joints: list[Any], bodies: list[Any]) -> Polyhedra:
+        """Return the blocks in space; those of the file as it is are kept."""
+        if self._changes_mesh(file) or any(getattr(file, name) != getattr(self.file, name) for name in CUT_BY):
+            return blocks_of(file, path, reach, joints, bodies)
+        if self._cut is None:
+            self._cut = blocks_of(file, path, reach, joints, bodies)
+        return self._cut
+
+    def _changes_mesh(self, file: ModelFile | SpaceFile) -> bool:
+        """Return whether the mesh or the box of a file is another one."""
+        same = {name: getattr(self.file.mesh, name) for name in NOT_OF_BLOCKS if hasattr(self.file.mesh, name)}
+        return file.mesh.model_copy(update=same) != self.file.mesh
 
 
 def _changes(names: Iterable[str]) -> dict[str, Change]:

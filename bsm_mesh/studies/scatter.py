@@ -9,6 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, nearest, placed
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
@@ -71,6 +72,8 @@ def scatter_joint(model: Model, scatter: Scatter, seed: tuple[int, ...]) -> Mode
     ModelError
         If there is no such joint, it has no such strength, or a class of it is out of range.
     """
+    if in_space(model.blocks):
+        raise ModelError("[scatter]: strength from face to face is for the plane; leave [scatter] out")
     names = [joint.name for joint in model.joints]
     if scatter.joint not in names:
         raise ModelError(f"[scatter]: there is no joint '{scatter.joint}'{nearest(scatter.joint, names)}")

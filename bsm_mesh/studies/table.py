@@ -22,7 +22,8 @@ ANSWERS: dict[str, Kind] = {
     "reason": "string",
     "max_displacement": "float64",
     "unstable_blocks": "int64",
-    "unstable_area": "float64",
+    "unstable_area": "float64",  # in the plane
+    "unstable_volume": "float64",  # in space
     "steps": "int64",
 }
 FACTOR: dict[str, Kind] = {
@@ -129,8 +130,13 @@ class StudyTable:
         return cls(keys=keys, columns=table.to_pydict(), metadata=told)
 
 
+def unstable_bulk(name: str) -> str:
+    """Return the column of the unstable blocks' area or volume."""
+    return f"unstable_{name}"
+
+
 def make_table(
-    plan: Plan, rows: Mapping[int, Mapping[str, Any]], *, factor: bool, metadata: Mapping[str, str]
+    plan: Plan, rows: Mapping[int, Mapping[str, Any]], *, factor: bool, bulk: str, metadata: Mapping[str, str]
 ) -> StudyTable:
     """Return the table of the runs that are finished.
 
@@ -142,11 +148,14 @@ def make_table(
         The answers by run.
     factor : bool
         Whether the columns of the factor of safety are there.
+    bulk : {"area", "volume"}
+        What the blocks have.
     metadata : mapping of str to str
         Source of the table.
     """
     order: Sequence[int] = sorted(rows)
-    answers = {**ANSWERS, **(FACTOR if factor else {}), **LAST}
+    other = {unstable_bulk(name) for name in ("area", "volume")} - {unstable_bulk(bulk)}
+    answers = [name for name in (*ANSWERS, *(FACTOR if factor else ()), *LAST) if name not in other]
     columns: dict[str, list[Any]] = {"run": list(order)}
     columns.update({key: [plan.values[key][run] for run in order] for key in plan.values})
     columns.update({name: [rows[run].get(name) for run in order] for name in answers})

@@ -237,5 +237,5 @@ def test_other_commands_say_that_they_read_no_such_file(case: Case, command: str
     case.refuses(
         command,
         "roof.toml",
-        says=["is a model of three dimensions; only bsm-mesh run, check, safety, limit and key-blocks read it"],
+        says=["is a model of three dimensions, and this command is for the plane"],
     )

@@ -114,7 +114,6 @@ def test_safety_finds_the_factor_of_a_block_on_a_plane(case: Case) -> None:
     assert exact <= told["limit_analysis"]["factor"] <= exact * (1 + 1e-3)
     names = {"safety.json", "trials.csv", "movement.png", "stable/blocks.pvd", "unstable/blocks.pvd"}
     assert names <= {name.partition("-safety/")[2] for name in outcome.new}
-    case.refuses("safety", "slope.toml", "--vary", "gravity.horizontal", "0", "1", says=["only bsm-mesh run, check"])
 
 
 def test_the_file_and_python_build_equal_models(case: Case) -> None:

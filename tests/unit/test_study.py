@@ -361,7 +361,7 @@ def test_factors_of_safety(study: Case, factors: list[dict[str, Any]]) -> None:
     assert factors[0]["joints"] == ["J1~1", "J1~2"]
     assert found[8]["factor_stable"] is None  # it never fails: JSON knows no infinity
     assert factors[0]["options"].threads == 1
-    table = make_table(loaded.plan, found, factor=True, metadata={})
+    table = make_table(loaded.plan, found, factor=True, bulk="area", metadata={})
     assert main_answer(table) == "factor"
     table.write(Path("study.parquet"))
     assert StudyTable.read(Path("study.parquet")).columns["factor_stable"][7] == pytest.approx(34.5 / 30 - 0.001)

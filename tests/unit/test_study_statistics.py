@@ -19,7 +19,7 @@ from bsm_mesh.studies.table import StudyTable, make_table
 
 def table_of(rows: list[dict[str, Any]], factor: bool = False, **keys: list[Any]) -> StudyTable:
     plan = Plan(values=keys or {"a": [float(run) for run in range(len(rows))]})
-    return make_table(plan, dict(enumerate(rows)), factor=factor, metadata={"version": "0"})
+    return make_table(plan, dict(enumerate(rows)), factor=factor, bulk="area", metadata={"version": "0"})
 
 
 def with_status(**counts: int) -> StudyTable:
