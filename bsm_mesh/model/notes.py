@@ -58,6 +58,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_weights(rocks),
         *(_of_unlimited(model, rocks, joints) if fails else ()),
         *of_strength(rocks, joints),
+        *of_idle_rocks(model, rocks),
         *of_unusual(model, rocks, joints),
         *_of_ground(model),
         *_of_field_and_weights(model),
@@ -106,7 +107,21 @@ def of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]
         if rock.law is not None:
             yield from _beyond_apex(f"rock '{rock.name}'", rock.tensile_strength or 0.0, rock.law.cohesion, rock.law)
             yield from _kept_cohesion(f"rock '{rock.name}'", rock.law)
-        if rock.zones is not None and rock.has_strength and not rock.yields:
+
+
+def of_idle_rocks(model: Model, rocks: Sequence[Rock]) -> Iterator[str]:
+    """Say which numbers of rocks have no effect in the model, or less than one may expect."""
+    for rock in rocks:
+        if rock.young is None and rock.poisson is not None:
+            yield f"rock '{rock.name}': poisson has no effect without young: the rock is rigid"
+        if not rock.has_strength or rock.yields:
+            continue
+        if model.default_joint is not None:
+            yield (
+                f"rock '{rock.name}': its cohesion, friction and tensile_strength have no effect: faces without a "
+                f"joint of their own have default_joint = '{model.default_joint}'"
+            )
+        elif rock.zones is not None:
             yield (
                 f"rock '{rock.name}': its zones are elastic, and its strength limits only faces without a joint; for "
                 'rock that yields give zones = { law = "mohr_coulomb" }'

@@ -49,7 +49,7 @@ def test_an_ordinary_model_has_none() -> None:
             "31 if 0.6 is its tangent, 34.4 if it is in radians",
         ),
         (
-            {"rocks": [bsm.Rock("rock", unit_weight=25e3, friction=0.7)]},
+            {"rocks": [bsm.Rock("rock", unit_weight=25e3, friction=0.7)], "joints": [], "default_joint": None},
             "rock 'rock': friction = 0.7 degrees is less than that of any rock or clay",
         ),
         ({"joints": [joint(law=bsm.Patton(friction=80))]}, "joint 'J': friction = 80 degrees is unusual (0 to 70"),
@@ -58,8 +58,18 @@ def test_an_ordinary_model_has_none() -> None:
             "joint 'J': it keeps its cohesion when it slips; if slip destroys the cohesion, give residual_cohesion = 0",
         ),
         ({"joints": [joint(normal_stiffness=1e3)]}, "joint 'J': normal_stiffness = 1000 Pa/m is unusual"),
+        ({"rocks": [replace(ROCK, poisson=0.2)]}, "rock 'rock': poisson has no effect without young"),
         (
-            {"rocks": [replace(ROCK, young=1e9, poisson=0.2, cohesion=1e5, residual_cohesion=0, zones=bsm.Zones())]},
+            {"rocks": [replace(ROCK, cohesion=1e5, residual_cohesion=0)]},
+            "rock 'rock': its cohesion, friction and tensile_strength have no effect: faces without a joint of "
+            "their own have default_joint = 'J'",
+        ),
+        (
+            {
+                "rocks": [replace(ROCK, young=1e9, poisson=0.2, cohesion=1e5, residual_cohesion=0, zones=bsm.Zones())],
+                "default_joint": None,
+                "joints": [],
+            },
             "rock 'rock': its zones are elastic, and its strength limits only faces without a joint",
         ),
         (

@@ -9,7 +9,17 @@ import numpy as np
 
 from bsm_mesh.errors import nearest
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.notes import of_bolts, of_size, of_stages, of_strength, of_unusual, of_weights, of_what_is_held
+from bsm_mesh.model.notes import (
+    of_bolts,
+    of_idle_options,
+    of_idle_rocks,
+    of_size,
+    of_stages,
+    of_strength,
+    of_unusual,
+    of_weights,
+    of_what_is_held,
+)
 from bsm_mesh.model.unused import used_rocks
 
 if TYPE_CHECKING:
@@ -27,10 +37,12 @@ def notes_in_space(model: Model) -> list[str]:
         *_unused("joint", "face", [joint.name for joint in model.joints], [joint.name for joint in joints]),
         *of_weights(rocks),
         *of_strength(rocks, joints),
+        *of_idle_rocks(model, rocks),
         *of_bolts(model),
         *of_unusual(model, rocks, joints),
         *_of_water(model),
         *of_stages(model),
+        *of_idle_options(model.options),
     ]
     return list(dict.fromkeys(found))
 
