@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from bsm_mesh.lazy import names_from
 
 if TYPE_CHECKING:
+    from bsm_mesh.three_d.blocks.cell_sides import polyhedra_at
     from bsm_mesh.three_d.bolts.geometry import SpaceBolts
     from bsm_mesh.three_d.check import check_stage
     from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
@@ -39,6 +40,7 @@ __all__ = [
     "limit_in_space",
     "notes_in_space",
     "pass_polyhedra",
+    "polyhedra_at",
     "proof_in_space",
     "refuse_unready",
     "some_polyhedra",
@@ -59,6 +61,7 @@ HOMES = {
     "limit_in_space": "bsm_mesh.three_d.limit.of_model",
     "notes_in_space": "bsm_mesh.three_d.model.notes",
     "pass_polyhedra": "bsm_mesh.three_d.model.bolts",
+    "polyhedra_at": "bsm_mesh.three_d.blocks.cell_sides",
     "proof_in_space": "bsm_mesh.three_d.proof",
     "refuse_unready": "bsm_mesh.three_d.model.given",
     "some_polyhedra": "bsm_mesh.three_d.model.parts",

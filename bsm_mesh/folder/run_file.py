@@ -214,7 +214,8 @@ def _as_run(file: ModelFile | SpaceFile, path: Path, folder: Path, options: Opti
         if isinstance(joint.get("along"), dict):
             joint["along"]["file"] = _from_folder(path.parent / joint["along"]["file"], folder)
     for history in content.get("history", ()):
-        history["measured"] = [_from_folder(path.parent / name, folder) for name in history["measured"]]
+        if "measured" in history:
+            history["measured"] = [_from_folder(path.parent / name, folder) for name in history["measured"]]
     if options is not None:
         content |= tables_of(options)
     content["output"]["folder"] = "."

@@ -140,7 +140,7 @@ def _refuse_strange_numbers(results: Results, folder: Path) -> None:
 
 def _recorded(told: dict[str, Any]) -> Recorded:
     lists = {key: tuple(told.get(key, ())) for key in ("quantities", "units", "distances")}
-    points = tuple((x, y) for x, y in told.get("points", ()))
+    points = tuple(map(tuple, told.get("points", ())))
     measured = tuple(Beside(**one) for one in told.get("measured", ()))
     return Recorded(**{**told, **lists, "points": points, "measured": measured})
 

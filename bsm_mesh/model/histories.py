@@ -9,10 +9,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bsm_mesh import space
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import as_given, nearest, raise_faults
 from bsm_mesh.model.beside import Beside, faults_beside, values_beside
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.quantities import BLOCK
 from bsm_mesh.model.values import Rules, parts_of, plain_numbers
@@ -29,9 +31,9 @@ class History:
     ----------
     name : str
         Letters, digits and ``_ . + -``: the file is ``history_NAME.csv``.
-    point : (x, y) [m], optional
+    point : (x, y) or (x, y, z) [m], optional
         Displacement of a point, where the blocks were given; on an outline that of the block with the lowest number.
-    line : sequence of (x, y) [m], optional
+    line : sequence of (x, y) or (x, y, z) [m], optional
         An extensometer: by how much the distance of each further point from the first one has grown.
     block : int, optional
         Displacement of a block's centroid, and its rotation.
@@ -55,8 +57,8 @@ class History:
     """
 
     name: str
-    point: tuple[float, float] | None = None
-    line: tuple[tuple[float, float], ...] | None = None
+    point: tuple[float, ...] | None = None
+    line: tuple[tuple[float, ...], ...] | None = None
     block: int | None = None
     joint: str | None = None
     bolt: str | None = None
@@ -74,7 +76,7 @@ class History:
             told = "has " + " and ".join(given) if given else "has none"
             rules.faults.append(f"{rules.thing}: needs exactly one of {', '.join(KINDS)}; it {told}")
         if self.point is not None:
-            object.__setattr__(self, "point", rules.point("point", self.point))
+            object.__setattr__(self, "point", rules.place("point", self.point))
         if self.line is not None:
             object.__setattr__(self, "line", _line(rules, self.line))
         rules.number("block", self.block, BLOCK, optional=True)
@@ -92,7 +94,7 @@ class History:
         return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
     @property
-    def points(self) -> tuple[tuple[float, float], ...]:
+    def points(self) -> tuple[tuple[float, ...], ...]:
         """The points of a point or a line; none of the others."""
         return (self.point,) if self.point is not None else self.line or ()
 
@@ -104,20 +106,39 @@ class History:
 
     def blocks(self, blocks: Blocks) -> IntArray:
         """Return the block of each of its `points`, (k,) int32; -1 where there is none."""
-        found = [blocks_at(blocks, point) for point in self.points]
+        found = [_blocks_at(blocks, point) for point in self.points]
         return np.array([at[0] if len(at) else -1 for at in found], dtype=np.int32)
 
 
-def _line(rules: Rules, value: object) -> tuple[tuple[float, float], ...]:
+def _blocks_at(blocks: Blocks, point: tuple[float, ...]) -> IntArray:
+    """Return the blocks at a point of the plane or of space, in rising order."""
+    if in_space(blocks):
+        return space.polyhedra_at(blocks, np.array(point))
+    x, y = point
+    return blocks_at(blocks, (x, y))
+
+
+def _line(rules: Rules, value: object) -> tuple[tuple[float, ...], ...]:
     """Return the points of a line; faults are added where it is none."""
     parts = parts_of(value)
     if parts is None or len(parts) < 2:
         rules.faults.append(f"{rules.thing}: line = {as_given(value)} must be two points or more [[x, y], ...] [m]")
         return ()
-    line = tuple(rules.point(f"line: point {number + 1}", part) for number, part in enumerate(parts))
+    line = tuple(rules.place(f"line: point {number + 1}", part) for number, part in enumerate(parts))
     if not rules.faults and line[0] in line[1:]:
         rules.faults.append(f"{rules.thing}: line: a further point lies on the first one; a distance needs two points")
     return line
+
+
+def _shown(point: Sequence[float]) -> str:
+    """Return a point as it is told.
+
+    Examples
+    --------
+    >>> _shown((1.0, 2.5))
+    '(1, 2.5)'
+    """
+    return f"({', '.join(f'{part:g}' for part in point)})"
 
 
 def history_faults(
@@ -130,13 +151,16 @@ def history_faults(
         if key in seen:
             yield f"history '{history.name}' is defined more than once ('{seen[key]}'); rename all but one"
         seen.setdefault(key, history.name)
-    low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
+    low, high = blocks.vertices.min(axis=0).tolist(), blocks.vertices.max(axis=0).tolist()
     for history in histories:
-        for (x, y), block in zip(history.points, history.blocks(blocks).tolist(), strict=True):
+        if any(len(point) != len(low) for point in history.points):
+            yield f"history '{history.name}': a point of this model has {len(low)} coordinates"
+            continue
+        for point, block in zip(history.points, history.blocks(blocks).tolist(), strict=True):
             if block < 0:
                 yield (
-                    f"history '{history.name}': the point ({x:g}, {y:g}) lies in no block; the blocks reach from "
-                    f"({low[0]:g}, {low[1]:g}) to ({high[0]:g}, {high[1]:g}): move it into one of them"
+                    f"history '{history.name}': the point {_shown(point)} lies in no block; the blocks reach from "
+                    f"{_shown(low)} to {_shown(high)}: move it into one of them"
                 )
         if history.block is not None and history.block >= blocks.count:
             yield (

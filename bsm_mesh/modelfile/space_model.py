@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bsm_mesh.errors import ModelError, placed, raise_faults
+from bsm_mesh.model.histories import History
 from bsm_mesh.model.loads import Load, PointLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
@@ -57,6 +58,7 @@ def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
     stages = made(partial(_stage, table) for table in file.stage)
     water = made(iter([] if file.water is None else [partial(_water, file.water, "[water]")]))
     ground = made(iter([] if file.in_situ is None else [partial(make_in_situ, file.in_situ)]))
+    histories = made(partial(History, **table.model_dump()) for table in file.history)
     options = made(iter([partial(make_options, file.solver, file.falls)]))
     raise_faults(faults)
     with placed(path.name):
@@ -75,6 +77,7 @@ def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
             in_situ=ground[0] if ground else None,
             water=water[0] if water else None,
             stages=tuple(stages),
+            histories=tuple(histories),
             options=options[0],
             title=file.title,
         )

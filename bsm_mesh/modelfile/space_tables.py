@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
@@ -257,6 +258,18 @@ class SpaceStageTable(Table):
     )
 
 
+@keys_of(History, without=("measured",))
+class SpaceHistoryTable(Table):
+    """The record at every step: exactly one of point, line, block, joint, bolt."""
+
+    name: str = Field(description="the file is history_NAME.csv: letters, digits and _ . + -")
+    point: Vector | None = Field(default=None, description="displacement of a point")
+    line: list[Vector] | None = Field(
+        default=None, description="extensometer: growth of the distance of each further point from the first"
+    )
+    block: Annotated[int, q.BLOCK] | None = Field(default=None, description="displacement and rotation of a block")
+
+
 class SpaceFile(Table):
     """A model file of three dimensions. Numbers are SI, angles in degrees; a text has its unit."""
 
@@ -279,6 +292,7 @@ class SpaceFile(Table):
     water: SpaceWaterTable | None = None
     gravity: SpaceGravityTable = Field(default_factory=SpaceGravityTable)
     stage: list[SpaceStageTable] = Field(default_factory=list)
+    history: list[SpaceHistoryTable] = Field(default_factory=list)
     solver: SolverTable = Field(default_factory=SolverTable)
     falls: FallsTable = Field(default_factory=FallsTable)
     output: OutputTable = Field(default_factory=OutputTable)

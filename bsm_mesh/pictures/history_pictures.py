@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.beside import Beside
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.pictures.beside_marks import COLOURS, Looks, by_source, draw_range, ends_of, looks_of, stages_that_count
 from bsm_mesh.pictures.canvas import WIDTH, prefixed_unit
 from bsm_mesh.pictures.figures import entitle, paper
@@ -29,6 +30,7 @@ LETTER = 0.06  # inches: a letter of these names
 PLOTTED = 0.9  # of the width of a chart: without its labels
 MOST_NAMED = 8  # stages; the names of more would touch
 WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at strength", "open_share": "share open"}
+WORDS_IN_SPACE = {**WORDS, "u": "to the east", "v": "to the north", "w": "upwards"}
 
 
 def draw_histories(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
@@ -69,9 +71,10 @@ class _Curve:
 def _curves(results: Results, series: HistorySeries) -> Iterator[_Curve]:
     """Return the quantities of a history; of a point also its displacement where values of that are given."""
     recorded = series.recorded
+    words = WORDS_IN_SPACE if "w" in recorded.quantities else WORDS
     for k, (name, unit) in enumerate(zip(recorded.quantities, recorded.units, strict=True)):
         beside = by_source(results, recorded, "extension" if recorded.distances else name)
-        label = WORDS.get(name, name.replace("_", " "))
+        label = words.get(name, name.replace("_", " "))
         if recorded.distances:
             at = recorded.distances[k]
             label = f"over {at:.3g} m"
@@ -81,7 +84,7 @@ def _curves(results: Results, series: HistorySeries) -> Iterator[_Curve]:
             }
         yield _Curve(label=label, unit=unit, values=series.values[:, k], beside=beside)
     if lengths := by_source(results, recorded, "displacement"):
-        yield _Curve(label="in all", unit="m", values=np.hypot(series["u"], series["v"]), beside=lengths)
+        yield _Curve(label="in all", unit="m", values=series.length, beside=lengths)
 
 
 def _draw_one(axes: Any, results: Results, series: HistorySeries) -> None:
@@ -100,7 +103,9 @@ def _draw_one(axes: Any, results: Results, series: HistorySeries) -> None:
             (line,) = side.plot(number, curve.values / factor, color=colour, **look)
             key[f"{curve.label}, {shown}" if shown else curve.label] = line
             _draw_ends(side, series, curve, factor, looks, colour)
-        side.set_ylabel({"": "share of the length"}.get(unit, shown), fontsize=9)
+        side.set_ylabel(
+            shown if unit else f"share of the {'area' if in_space(results.blocks) else 'length'}", fontsize=9
+        )
         side.tick_params(labelsize=8)
         if not unit:
             side.set_ylim(-0.03, 1.03)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.pictures.beside_marks import Looks, by_source, draw_beside, ends_of, looks_of, stages_that_count
 from bsm_mesh.pictures.canvas import WIDTH, add_key, prefixed_unit
 from bsm_mesh.pictures.figures import entitle, paper
@@ -34,10 +35,12 @@ def draw_extensometers(results: Results, title: str, figure: Figure | None = Non
 
 
 def draw_profiles(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
-    """Return a chart of every line: displacements towards its first point and across it; None: no line.
+    """Return a chart of every line: displacements towards its first point and across it; None: no line, or in space.
 
     Where values are compared with it, only of the quantities that they have.
     """
+    if in_space(results.blocks):
+        return None
     return _charts(results, ("towards", "across"), title, figure)
 
 

@@ -23,7 +23,7 @@ def add_monitoring(sheet: Sheet) -> None:
     x0, y0, x1, y1 = sheet.scene.view
     placed = [one for one in sheet.scene.results.recorded if one.points]
     for recorded in placed:
-        points = np.array(recorded.points)
+        points = sheet.scene.flat(np.array(recorded.points))
         line = recorded.kind == "line"
         style: dict[str, Any] = {
             "linestyle": ":" if line else "none",

@@ -99,7 +99,7 @@ def as_given(model: Model) -> Results:
         model_digest=model.digest,
         title=model.title,
         default_joint=model.default_joint,
-        recorded=tuple(map(recorded_of, model.histories)),
+        recorded=tuple(recorded_of(history, spatial=in_space(blocks)) for history in model.histories),
         finished=True,
         model=model,
     )

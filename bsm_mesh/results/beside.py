@@ -82,12 +82,12 @@ def found_beside(results: Results, recorded: Recorded, beside: Beside) -> float:
 
 
 def at_the_end(series: HistorySeries, quantity: str, number: int) -> float:
-    """Return a quantity at the end of a stage, by its number: ``displacement`` is the length of u and v."""
+    """Return a quantity at the end of a stage, by its number: ``displacement`` is the length of it."""
     rows = np.flatnonzero(series.stage == number)
     if not len(rows):
         return math.nan
     if quantity == "displacement":
-        return math.hypot(series["u"][rows[-1]], series["v"][rows[-1]])
+        return float(series.length[rows[-1]])
     return float(series[quantity][rows[-1]])
 
 

@@ -13,8 +13,9 @@ from bsm_mesh.arrays import FloatArray, IntArray, show_only
 from bsm_mesh.errors import counted
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.histories import History
-from bsm_mesh.results.joint_faces import joint_faces
-from bsm_mesh.results.joint_sets import joint_set
+from bsm_mesh.model.kinds import in_space
+from bsm_mesh.movements import lengths, translations, turns
+from bsm_mesh.results.joint_sets import faces_of_joints, joint_set
 from bsm_mesh.results.movement import displacement_of
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from bsm_mesh.results.results import Results
 
 Values = tuple[float, ...]
+COMPONENTS = ("u", "v", "w")  # of a displacement: along x, y and z
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +39,7 @@ class Recorded:
         One of each a column; a share has the unit "".
     distances : tuple of float [m]
         Of a line: of each further point from the first one, a column each.
-    points : tuple of (x, y) [m]
+    points : tuple of (x, y) or (x, y, z) [m]
         Of a point or a line, where the blocks were given.
     measured : tuple of Beside
         The values compared with it.
@@ -48,7 +50,7 @@ class Recorded:
     quantities: tuple[str, ...]
     units: tuple[str, ...]
     distances: tuple[float, ...] = ()
-    points: tuple[tuple[float, float], ...] = ()
+    points: tuple[tuple[float, ...], ...] = ()
     measured: tuple[Beside, ...] = ()
 
 
@@ -78,6 +80,12 @@ class HistorySeries:
         column: FloatArray = self.values[:, self.recorded.quantities.index(quantity)]
         return column
 
+    @property
+    def length(self) -> FloatArray:
+        """Length of the displacement of a point or a block [m], (k,)."""
+        parts = [name for name in COMPONENTS if name in self.recorded.quantities]
+        return lengths(np.column_stack([self[name] for name in parts]))
+
     def __repr__(self) -> str:
         given = zip(self.recorded.quantities, self.recorded.units, strict=True)
         columns = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in given)
@@ -86,18 +94,19 @@ class HistorySeries:
         return f"{head}; last {', '.join(f'{value:.4g}' for value in self.values[-1])}" if len(self.step) else head
 
 
-def recorded_of(history: History) -> Recorded:
-    """Return the record of a history."""
+def recorded_of(history: History, *, spatial: bool) -> Recorded:
+    """Return the record of a history in the plane, or in space (`spatial`)."""
     further = tuple(f"extension_{number}" for number in range(1, len(history.points)))
+    moved = tuple((name, "m") for name in COMPONENTS[: 3 if spatial else 2])
     columns = {
-        "point": (("u", "m"), ("v", "m")),
+        "point": moved,
         "line": tuple((name, "m") for name in further),
-        "block": (("u", "m"), ("v", "m"), ("rotation", "deg")),
+        "block": (*moved, ("rotation", "deg")),
         "joint": (("slip", "m"), ("opening", "m"), ("slipping_share", ""), ("open_share", "")),
         "bolt": (("axial_force", "N"),),
     }[history.kind]
     names, units = zip(*columns, strict=True)
-    first, *others = history.points or ((0.0, 0.0),)
+    first, *others = history.points or ((0.0,),)
     distances = tuple(math.dist(first, other) for other in others)
     return Recorded(
         name=history.name,
@@ -135,12 +144,13 @@ class Recorder:
 
     def __init__(self, model: Model) -> None:
         self._histories = model.histories
+        self._spatial = in_space(model.blocks)
         self._blocks = [history.blocks(model.blocks) for history in model.histories]
 
     @property
     def recorded(self) -> tuple[Recorded, ...]:
         """The record, in the order of the values."""
-        return tuple(map(recorded_of, self._histories))
+        return tuple(recorded_of(history, spatial=self._spatial) for history in self._histories)
 
     def measure(self, results: Results) -> Values:
         """Return all values of the last stage of results, in the order of `recorded`."""
@@ -166,22 +176,23 @@ def _of_points(
     if not as_line:
         return [float(part) for part in moved[0]]
     line, more = point[1:] - point[0], moved[1:] - moved[0]
-    now, before = np.hypot(*(line + more).T), np.hypot(*line.T)
+    now, before = lengths(line + more), lengths(line)
     grown: list[float] = ((more * (2 * line + more)).sum(axis=1) / (now + before)).tolist()  # without loss of digits
     return grown
 
 
 def _of_block(stage: StageResult, block: int) -> list[float]:
-    """Return u, v [m] and the rotation [deg] of a block."""
+    """Return the displacement [m] and the rotation [deg] of a block; in space the angle about its axis."""
+    own = stage.displacement[[block]]
+    (moved,), (turn,) = translations(own).tolist(), turns(own).tolist()
     if not stage.present[block]:
-        return [np.nan] * 3
-    u, v, turn = stage.displacement[block]
-    return [float(u), float(v), float(np.degrees(turn))]
+        return [math.nan] * (len(moved) + 1)
+    return [*moved, math.degrees(math.hypot(*turn) if isinstance(turn, list) else turn)]
 
 
 def _of_joint(results: Results, stage: StageResult, joint: int) -> list[float]:
-    """Return mean slip and opening [m], share of the length at strength, and open, of a joint."""
-    found = joint_set("", joint_faces(results, stage), joint)
+    """Return mean slip and opening [m], share of the length or area at strength, and open, of a joint."""
+    found = joint_set("", faces_of_joints(results, stage), joint)
     return [np.nan] * 4 if found is None else [found.slip, found.opening, found.slipping, found.open]
 
 

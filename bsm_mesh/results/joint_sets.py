@@ -75,12 +75,15 @@ class JointSet:
 
 def joint_sets(results: Results, stage: StageResult) -> tuple[JointSet, ...]:
     """Return the joint sets that have faces in a stage, in the order of the joints; unjointed rock is the last."""
-    faces: FacesOfJoints = (
-        space.joint_polygons(results, stage) if in_space(results.blocks) else joint_faces(results, stage)
-    )
+    faces = faces_of_joints(results, stage)
     numbers = [*range(len(results.joint_names)), -1]
     found = (joint_set(name, faces, n) for n, name in zip(numbers, (*results.joint_names, ROCK_FACE), strict=True))
     return tuple(one for one in found if one is not None)
+
+
+def faces_of_joints(results: Results, stage: StageResult) -> FacesOfJoints:
+    """Return the faces of joints at the end of a stage, in space their polygons."""
+    return space.joint_polygons(results, stage) if in_space(results.blocks) else joint_faces(results, stage)
 
 
 def joint_set(name: str, faces: FacesOfJoints, number: int) -> JointSet | None:

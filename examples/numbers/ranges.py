@@ -16,7 +16,7 @@ from bsm_mesh.modelfile.space_tables import SpaceFile
 from examples.numbers.pages import Table, markdown
 
 CUT_ROCK = ("mesh", "joint_set", "joint_plane", "excavation", "slope", "key_blocks")
-ON_ROCK = ("support", "load", "bolt", "in_situ", "water", "gravity", "stage")
+ON_ROCK = ("support", "load", "bolt", "in_situ", "water", "gravity", "stage", "history")
 PAGES: dict[str, tuple[type[FileTable], tuple[str, ...]]] = {  # page: model file, and its tables there
     "ground": (ModelFile, ("", "mesh", "rock", "joint")),
     "loads": (ModelFile, ("boundary", "support", "load", "gravity", "in_situ", "water", "flow")),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.three_d.blocks.polygons import polygon_moments
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
@@ -32,6 +33,15 @@ class CellSides:
     normal: FloatArray
     point: FloatArray
     start: IntArray
+
+
+def polyhedra_at(blocks: Polyhedra, point: FloatArray) -> IntArray:
+    """Return the blocks that a point (3,) [m] lies in or on, in rising order, (k,) int32."""
+    sides = sides_of_cells(blocks)
+    height = np.einsum("ij,ij->i", point - sides.point, sides.normal)
+    outside = np.maximum.reduceat(height, sides.start[:-1])
+    found = blocks.cell_block[outside <= MERGE_TOLERANCE * blocks.span]
+    return np.unique(found[found >= 0]).astype(np.int32)
 
 
 def sides_of_cells(blocks: Polyhedra) -> CellSides:

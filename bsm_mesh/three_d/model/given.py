@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.histories import history_faults
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.model.water import Water
 
-REFUSED = ("flow", "face_water", "histories")  # fields that are for the plane
+REFUSED = ("flow", "face_water")  # fields that are for the plane
 
 
 def faults_in_space(model: Model) -> list[str]:
@@ -55,10 +56,19 @@ def faults_in_space(model: Model) -> list[str]:
                 forces_in_space([load], blocks)
             except ModelError as error:
                 faults += [f"{where}load {number + 1} ({type(load).__name__}): {text}" for text in error.faults]
+    faults += _history_faults(model)
     faults += [text for stage in model.stages for text in _stage_faults(stage)]
     for stage in model.stages:
         faults += [f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength)]
     return faults
+
+
+def _history_faults(model: Model) -> list[str]:
+    """Return a sentence for everything in the histories that polyhedra cannot record."""
+    names = [bolt.name or f"bolt {number + 1}" for number, bolt in enumerate(model.bolts)]
+    faults = history_faults(model.histories, model.blocks, [joint.name for joint in model.joints], names)
+    measured = [history.name for history in model.histories if history.measured]
+    return [*faults, *(f"history '{name}': measured is for the plane; leave it out" for name in measured)]
 
 
 def _given(model: Model, name: str) -> bool:
