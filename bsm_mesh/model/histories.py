@@ -131,7 +131,7 @@ def _line(rules: Rules, value: object) -> tuple[tuple[float, ...], ...]:
 
 
 def _shown(point: Sequence[float]) -> str:
-    """Return a point as it is told.
+    """Return a point in words.
 
     Examples
     --------

@@ -149,7 +149,7 @@ def make_table(
     factor : bool
         Whether the columns of the factor of safety are there.
     bulk : {"area", "volume"}
-        What the blocks have.
+        The measure of blocks in the plane, or in space.
     metadata : mapping of str to str
         Source of the table.
     """
