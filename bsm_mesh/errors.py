@@ -179,6 +179,17 @@ def named_stage(name: str) -> str:
     return name if name.lower().startswith("stage") else f"stage {name}"
 
 
+def of_stage(name: str, note: str) -> str:
+    """Return a note with the stage that it is of; a note on the input that names a stage has no other.
+
+    Examples
+    --------
+    >>> of_stage("cut", "1 block moved"), of_stage("initial", "stage 'cut' changes nothing")
+    ('stage cut: 1 block moved', "stage 'cut' changes nothing")
+    """
+    return note if note.startswith("stage '") else f"{named_stage(name)}: {note}"
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun.
 

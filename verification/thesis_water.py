@@ -169,7 +169,7 @@ def column_under_water() -> Answer:
         rocks=[bsm.Rock("rock", unit_weight=26e3)],
         joints=[bsm.Joint("J", 1e10, 1e9)],
         default_joint="J",
-        supports=[bsm.Fixed(boundary="bottom")],
+        supports=[bsm.NormalRoller(boundary="bottom"), bsm.Roller(point=(0.5, 0.5), direction=0)],
         water=bsm.Water(table=[(0, head)]),
     )
     stage = bsm.run(model, LINEAR).stages[0]

@@ -96,7 +96,8 @@ def check_model(
                 zoned(loaded.model, loaded.options)
             ready = make_ready(loaded.model, loaded.options)
         notes = (*ready.notes, *_folder_notes(loaded))
-        progress.report("time steps of shaken stages")
+        if any(stage.shaking is not None for stage in loaded.model.stages):
+            progress.report("time steps of shaken stages")
         expected = zone_time_steps if has_zones(loaded.model) else time_steps_of
         shaken = expected(ready.model, loaded.options)
         notes += tuple(expected_notes(shaken, loaded.model.blocks))

@@ -118,7 +118,7 @@ def run_study(
         summary = {"title": study.title, **identity, **summary_of(table, drawn=study.is_drawn)}
         table.write(folder.path / TABLE)
         write_text(folder.path / SUMMARY, f"{json.dumps(summary, indent=2)}\n")
-        pictures = draw_study(table, model, study.title, folder.path)
+        pictures = draw_study(table, model, study.title, folder.path, drawn=study.is_drawn)
     return StudyResults(table=table, summary=summary, folder=folder.path, pictures=tuple(pictures))
 
 

@@ -12,6 +12,7 @@ from bsm_mesh.model.quantities import SHARE
 from bsm_mesh.model.values import Rules
 
 OnFall = Literal["stop", "remove"]
+MOST_OF_A_CHIP = 0.1  # of the mean area: the largest `ignore_below` that a note suggests
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh import space
-from bsm_mesh.errors import ModelError, listing, nearest, place
+from bsm_mesh.errors import ModelError, counted, nearest, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.flow_faults import flow_faults, water_weight_faults
@@ -49,8 +49,10 @@ def model_faults(model: Model) -> list[str]:
     for kind, names in (("rock", rock_names), ("joint", joint_names)):
         twice = [name for name, count in Counter(names).items() if count > 1]
         faults.extend(f"{kind} '{name}' is defined more than once; remove all but one" for name in twice)
-    faults.extend(_missing("rock", blocks.rock_names, rock_names, blocks.rock, "block", "blocks"))
-    faults.extend(_missing("joint", blocks.joint_names, joint_names, blocks.edge_joint, "edge", "edges"))
+    middle = (blocks.vertices + blocks.vertices[blocks.following]) / 2
+    centroid = blocks.moments.centroid
+    faults.extend(_missing("rock", blocks.rock_names, rock_names, blocks.rock, "block", centroid))
+    faults.extend(_missing("joint", blocks.joint_names, joint_names, blocks.edge_joint, "block edge", middle))
     if model.default_joint is not None and model.default_joint not in joint_names:
         faults.append(
             f"default_joint: there is no joint '{model.default_joint}'{nearest(model.default_joint, joint_names)}"
@@ -202,15 +204,18 @@ def _quiet_faults(model: Model, shaking: Shaking) -> Iterable[str]:
 
 
 def _missing(
-    kind: str, used: Sequence[str], defined: Sequence[str], index: np.ndarray, thing: str, things: str
+    kind: str, used: Sequence[str], defined: Sequence[str], index: np.ndarray, thing: str, point: np.ndarray
 ) -> Iterable[str]:
+    """Report names in use without a definition, with the places of the first things; `point` (n, 2): of each [m]."""
     for number, name in enumerate(used):
         where = np.flatnonzero(index == number)
         if name not in defined and where.size:
             hint = nearest(name, defined) if defined else ""
+            at = list(dict.fromkeys(place(one.round(3)) for one in point[where[:8]]))  # both sides of a joint are once
+            few = ", ".join(at[:3]) + (", ..." if len(at) > 3 else "")
             yield (
-                f"{kind} '{name}' of {where.size} {thing if where.size == 1 else things} ({listing(where, 4)}) is not "
-                f"defined; define it, [{kind}.{name}] in a model file{hint}"
+                f"{kind} '{name}' of {counted(where.size, thing)} (at {few}) is not defined; "
+                f"define it, [{kind}.{name}] in a model file{hint}"
             )
 
 

@@ -39,6 +39,8 @@ class Quantity:
         Fault of a value beyond the range, or the meaning, for the message.
     whole : bool
         Whether it must be a whole number.
+    unit_below : float
+        A smaller plain number of a model file, other than 0, needs its unit: most likely it is in another one.
 
     Examples
     --------
@@ -58,10 +60,20 @@ class Quantity:
     example: str
     why: str = ""
     whole: bool = False
+    unit_below: float = 0.0
 
     def holds(self, value: float) -> bool:
         """Return whether a number is in the range; NaN is in none."""
         return self.above < value < self.below and self.least <= value <= self.most
+
+    def needs_unit(self, value: float) -> bool:
+        """Return whether a plain number is so small that a model file must give its unit."""
+        return 0 < value < self.unit_below
+
+    def in_file(self, value: Any) -> Any:
+        """Return a value as a model file takes it: a number that needs its unit as a text."""
+        is_small = isinstance(value, int | float) and self.needs_unit(value)
+        return f"{value!r} {self.unit}" if is_small else value
 
     @property
     def span(self) -> str:
@@ -99,7 +111,10 @@ class Quantity:
         """Read a number of a model file, or a text with a unit, where a type carries this quantity."""
         from pydantic_core import core_schema
 
-        return core_schema.no_info_plain_validator_function(lambda value: convert(value, self))
+        return core_schema.no_info_plain_validator_function(
+            lambda value: convert(value, self),
+            serialization=core_schema.plain_serializer_function_ser_schema(self.in_file, when_used="json"),
+        )
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> Any:
         """Return the range, for editors."""
@@ -168,6 +183,11 @@ def convert(value: object, quantity: Quantity) -> float:
         raise ValueError(f"is no finite number; it {quantity.rule_in_file}")
     if not quantity.holds(number) or (quantity.whole and not isinstance(number, int)):
         raise ValueError(quantity.rule_in_file)
+    if not isinstance(value, str) and quantity.needs_unit(number):
+        raise ValueError(
+            f"a number without a unit is in {quantity.unit}, and {quantity.usual_span} is usual; write the unit, for "
+            f'example {quantity.example}, or "{shown(number)} {quantity.unit}" if that is meant'
+        )
     return number if quantity.whole else float(number)
 
 

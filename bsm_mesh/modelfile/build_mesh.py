@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -20,7 +21,7 @@ from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_tables import RockBoxTable
 from bsm_mesh.text.interruption import heed_again
-from bsm_mesh.text.terminal import say
+from bsm_mesh.text.terminal import is_quiet, say
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
@@ -117,7 +118,7 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
 
 @contextmanager
 def stdout_to_stderr() -> Iterator[None]:
-    """Redirect stdout to stderr, also of Gmsh's own output, without its Info lines."""
+    """Redirect stdout to stderr, also of Gmsh's own output without its Info lines; a quiet command drops it."""
     if sys.stdout is not None:
         sys.stdout.flush()
     with unnamed_file() as printed:
@@ -128,7 +129,7 @@ def stdout_to_stderr() -> Iterator[None]:
         if kept is not None:
             os.dup2(printed.fileno(), 1)
         try:
-            with redirect_stdout(sys.stderr):
+            with redirect_stdout(io.StringIO() if is_quiet() else sys.stderr):
                 yield
         finally:
             if kept is not None:
@@ -137,5 +138,5 @@ def stdout_to_stderr() -> Iterator[None]:
             printed.seek(0)
             lines = printed.read().decode(errors="replace").splitlines()
             for line in lines:
-                if not line.startswith("Info "):
+                if not (line.startswith("Info ") or is_quiet()):
                     say(line, err=True)

@@ -25,6 +25,7 @@ from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.kinds import refuse_space
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.quantities import quantities_of
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import Reduced, law_name
@@ -160,9 +161,12 @@ def _given(**values: Any) -> Content:
 
 def _fields(thing: Any, *without: str) -> Content:
     """Return the fields of a dataclass that are given, each in the form of a model file."""
-    return _given(
+    table = _given(
         **{field.name: _plain(getattr(thing, field.name)) for field in fields(thing) if field.name not in without}
     )
+    kind: type = type(thing)
+    known = quantities_of(kind)
+    return {name: known[name][0].in_file(value) if name in known else value for name, value in table.items()}
 
 
 def _plain(value: Any) -> Any:

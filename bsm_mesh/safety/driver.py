@@ -190,7 +190,7 @@ class Search:
         moved, at = float(distances(self._reference.displacement).max()), f"{self._reference.value:.4g}"
         return Allowance(
             limit=moved + beyond,
-            words=f"{moved:.3g} m in the reference state at {at}, and {beyond:.3g} m more ({words})",
+            words=f"{words} ({beyond:.3g} m) beyond the displacement at {at} ({moved:.3g} m)",
         )
 
     def _is_proved(self, value: float) -> bool:
@@ -240,8 +240,8 @@ class Search:
         moved = movement(each, self._reference, self._blocks, self._counts)
         ended = "reached rest" if each.status.is_stable else f"ended {each.status}"
         reason = (
-            "limit analysis proves that the blocks leave the initial geometry; the run moved them by "
-            f"{100 * moved.max():.3g} % of a block's size and {ended}"
+            "limit analysis proves that no equilibrium exists in the initial geometry; in the run blocks moved by "
+            f"{100 * moved.max():.3g} % of their size, and it {ended}"
         )
         return Judgement(Verdict.UNSTABLE, reason, np.flatnonzero(moved > moved.max() / 2).astype(np.int32))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Self
 
 from bsm_mesh import kernel_files
 from bsm_mesh.errors import one_line
-from bsm_mesh.text.terminal import say
+from bsm_mesh.text.terminal import quietly, say
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
@@ -29,7 +29,7 @@ class Progress:
     Parameters
     ----------
     quiet : bool
-        Say nothing.
+        Say nothing, nor let geometry scripts print.
     verbose : bool
         Keep a line for every step, with the methods that were tried.
     total : int, optional
@@ -42,10 +42,12 @@ class Progress:
         self._began = time.perf_counter()
         self._told, self._text = -SILENCE, ""
         self._listening = kernel_files.listening(self._compiling)
+        self._hushed = quietly(quiet)
 
     def __enter__(self) -> Self:
         stop_early()
         self._listening.__enter__()
+        self._hushed.__enter__()
         if (
             not (self._quiet or self._verbose)
             and sys.stderr.isatty()
@@ -67,6 +69,7 @@ class Progress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._hushed.__exit__(kind, error, trace)
         self._listening.__exit__(kind, error, trace)
         if self._bar is not None:
             self._bar.stop()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bsm_mesh.errors import named_stage
+from bsm_mesh.errors import named_stage, of_stage
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import spread_text
 from bsm_mesh.text.beside_tables import beside_lines
@@ -56,7 +56,7 @@ def tables_of(results: Results, *, verbose: bool = False) -> list[ResultTable]:
     several = len(results.stages) > 1
     down, of = down_rows(results), results.unstable_blocks.size
     reasons = [row[:-1] for row in fall_rows(results)]  # sentences, too long for a column: lines below
-    notes = [f"{named_stage(stage.name)}: {note}" for stage in results.stages for note in stage.notes]
+    notes = [of_stage(stage.name, note) for stage in results.stages for note in stage.notes]
     found = [
         ResultTable(f"{title}: stages", STAGE_HEADER, stage_rows(results) if several else (), 2),
         ResultTable(

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
+from bsm_mesh.errors import counted
 from bsm_mesh.studies.statistics import UNIT, failure_of
 from bsm_mesh.studies.table import StudyTable
 from bsm_mesh.text.tables import engineering, print_table
@@ -25,7 +26,7 @@ def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
         print_table(title, header, rows)
     errors = Counter(error for error in table.columns["error"] if error)
     for error, number in errors.most_common(MOST_ERRORS):
-        say(f"failed, {number} times: {error}")
+        say(f"{counted(number, 'run')} crashed: {error}")
 
 
 def study_rows(summary: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...], Rows]]:
@@ -63,7 +64,7 @@ def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         *([("stable, but moved too far", str(told["moved_far"]))] if told["moved_far"] else []),
         ("unstable", str(told["unstable"])),
         ("undecided", str(told["undecided"])),
-        ("failed", str(told["failed"])),
+        ("crashed", str(told["failed"])),
     ]
     if told["share"] is not None:
         rows.append(("share that fails, of those with a verdict", f"{told['share']:.4g}"))
@@ -72,7 +73,7 @@ def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append((f"probability of failure, {100 * told['confidence']:g} % interval", f"{low:.4g} to {high:.4g}"))
     if told["undecided"] or told["failed"]:
         low, high = told["bounds"]
-        rows.append(("share that fails, if none and if all of the others did", f"{low:.4g} to {high:.4g}"))
+        rows.append(("share that fails, if none or all of the runs without a verdict fail", f"{low:.4g} to {high:.4g}"))
     return rows
 
 

@@ -58,17 +58,22 @@ def print_table(
     from rich.table import Table
 
     table = Table(box=box.SIMPLE, show_header=any(header))
+    console = Console(highlight=False, markup=False, emoji=False)
+    widest_cells = [max(map(len, (name, *(row[k] for row in rows)))) for k, name in enumerate(header)]
+    # numbers wrap rather than lose their end, where they alone are too wide beside the words of texts
+    least = [min(cell, LONGEST_WORD) if k < texts else cell for k, cell in enumerate(widest_cells)]
+    is_crowded = len(header) > 2 and sum(least) + 3 * len(header) > console.width
     for number, name in enumerate(header):
         is_text = number < texts
         # of a thing and its value the value wraps where both are too wide, and the thing stays
         no_wrap = number == 0 if len(header) == 2 else not is_text or (number == 0 and texts > 1)
-        no_wrap = no_wrap and not (last_wraps and number == len(header) - 1)
+        no_wrap = no_wrap and not (last_wraps and number == len(header) - 1) and (is_text or not is_crowded)
         words = [] if no_wrap else " ".join([name, *(row[number] for row in rows)]).split()
         widest = min(max(map(len, words), default=1), LONGEST_WORD)
-        table.add_column(name, justify="left" if is_text else "right", no_wrap=no_wrap, min_width=widest)
+        width = widest if is_text and is_crowded and not no_wrap else None
+        table.add_column(name, justify="left" if is_text else "right", no_wrap=no_wrap, min_width=widest, width=width)
     for row in rows:
         table.add_row(*map(one_line, row))
-    console = Console(highlight=False, markup=False, emoji=False)
     console.print(one_line(title), style="bold")
     console.print(table)
 
@@ -122,8 +127,9 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     """
     stage, blocks = stage or results.stages[-1], results.blocks
     unfinished = not results.finished and stage is results.stages[-1]
-    most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
-    without = f" ({counted(unknown, 'block')} excluded: supported, or slivers)" if unknown else ""
+    least, most, unknown = extreme_stresses(blocks, stage)
+    without = f" ({counted(unknown, 'block')} excluded: fixed, or slivers)" if unknown else ""
+    extremes = ["not available" if np.isnan(each) else engineering(each, "Pa") for each in (least, most)]
     rows = [
         ("verdict", results.status.value if unfinished else verdict_in_words(blocks, stage)),
         ("reason", stage.reason),
@@ -135,8 +141,8 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
         ("greatest displacement", _greatest_displacement(results, stage)),
-        ("most compressive stress (sigma_1)", engineering(most_compressive, "Pa") + without),
-        ("most tensile stress (sigma_3)", engineering(most_tensile, "Pa") + without),
+        ("most compressive stress (sigma_1)", extremes[0] + without),
+        ("most tensile stress (sigma_3)", extremes[1] + without),
         (f"weights and loads ({blocks.components})", vector(stage.total_load, blocks.force_unit)),
         *_water_rows(results, stage),
         (f"reactions ({blocks.components})", vector(stage.total_reaction, blocks.force_unit)),

@@ -11,9 +11,27 @@ import os
 import sys
 import warnings
 from collections.abc import Iterator
+from contextvars import ContextVar
 from typing import Any
 
 from bsm_mesh.errors import one_line, printable
+
+_QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
+
+
+@contextlib.contextmanager
+def quietly(quiet: bool) -> Iterator[None]:
+    """Drop the lines that geometry scripts print meanwhile, where a command is `quiet`."""
+    before = _QUIET.set(quiet)
+    try:
+        yield
+    finally:
+        _QUIET.reset(before)
+
+
+def is_quiet() -> bool:
+    """Return whether a quiet command is at work."""
+    return _QUIET.get()
 
 
 def say(text: object, *, err: bool = False) -> None:

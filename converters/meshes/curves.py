@@ -232,8 +232,9 @@ def interior_notes(boundaries: Mapping[str, IntArray], paired: BoolArray, vertic
         inside = edges[paired[edges]]
         if inside.size:
             text = (
-                f"'boundary:{name}' lies between blocks along {inside.size} edges ({places(vertices[inside])}): right "
-                "for the face of a later excavation; until then a pressure on it acts on both sides"
+                f"'boundary:{name}' has blocks on both sides along {counted(inside.size, 'edge')} "
+                f"({places(vertices[inside])}); this is usual for a face that a later stage excavates. Before that "
+                "stage a pressure on it loads the blocks of both sides"
             )
             notes.append(Note(kind=NoteKind.INTERIOR, name=f"boundary:{name}", count=int(inside.size), text=text))
     return notes

@@ -39,7 +39,24 @@ fix = "all"
 boundary = "top"
 pressure = "1 MPa"
 """
-# Parts of it, to be changed, and what is put there.
+GEOMETRY = """\
+import gmsh
+def build(path, width=2.0):
+    print("from Python")
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 1)
+    rectangle = gmsh.model.occ.addRectangle(0, 0, 0, width, 2)
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(2, [rectangle], name="rock:gneiss")
+    sides = {"bottom": [1], "top": [3]}
+    for name, tags in sides.items():
+        gmsh.model.addPhysicalGroup(1, tags, name=f"boundary:{name}")
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 1)
+    gmsh.model.mesh.generate(2)
+    gmsh.write(str(path))
+    gmsh.finalize()
+"""
+# Parts of the model, to be changed, and what is put there.
 FILE = 'file = "mesh.msh"\n'
 ROCK = '[rock.gneiss]\nunit_weight = "26 kN/m^3"\nyoung = "10 GPa"\npoisson = 0.25\n'
 JOINT = '[joint.J1]\nnormal_stiffness = "5 GPa/m"\nshear_stiffness = "1 GPa/m"\nfriction = 35\n'

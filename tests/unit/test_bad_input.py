@@ -81,6 +81,17 @@ VALUES = [
     ("friction = 35", "friction = 90", ["[joint.J1] friction = 90: must be at least 0 and below 90 degrees"]),
     ("friction = 35", "friction = 35\ndilation = 60", ["joint 'J1'", "friction + dilation = 95"]),
     ('"26 kN/m^3"', '"-26 kN/m^3"', ['unit_weight = "-26 kN/m^3": must be 0 to 1e12 N/m^3']),
+    (
+        '"26 kN/m^3"',
+        "26",
+        [
+            "[rock.gneiss] unit_weight = 26: a number without a unit is in N/m^3",
+            'write the unit, for example "26 kN/m^3", or "26 N/m^3" if that is meant',
+        ],
+    ),
+    ('"10 GPa"', "10", ["[rock.gneiss] young = 10: a number without a unit is in Pa", 'for example "20 GPa"']),
+    ('"5 GPa/m"', "5", ["[joint.J1] normal_stiffness = 5: a number without a unit is in Pa/m"]),
+    ('"26 kN/m^3"', "2650", ["[rock.gneiss] unit_weight = 2650: a number without a unit is in N/m^3"]),  # a density
     ('"5 GPa/m"', "0", ["[joint.J1] normal_stiffness = 0: must be 1 to 1e18 Pa/m", '"5 GPa/m"']),
     ('"1 MPa"', "1e300", ["[[load]] number 1, pressure = 1e+300: must be -1e10 to 1e10 Pa"]),
     (
@@ -118,7 +129,11 @@ VALUES = [
 ]
 NAMES = [
     ("[rock.gneiss]", "[rock.gnies]", ["rock 'gneiss' of 4 blocks", "[rock.gneiss]", "did you mean 'gnies'"]),
-    ("[joint.J1]", "[joint.J2]", ["joint 'J1' of 4 edges", "[joint.J1]", "did you mean 'J2'"]),
+    (
+        "[joint.J1]",
+        "[joint.J2]",
+        ["joint 'J1' of 4 block edges (at (0.5, 1), (1.5, 1))", "[joint.J1]", "did you mean 'J2'"],
+    ),
     (FILE, FILE + 'default_joint = "J2"\n', ["model.toml: default_joint: there is no joint 'J2'", "'J1'"]),
     ('"bottom"', '"botom"', ["support 1", "there is no boundary 'botom'", "did you mean 'bottom'"]),
     ('"top"', '"tpo"', ["load 1", "there is no boundary 'tpo'", "did you mean 'top'"]),

@@ -10,7 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.results.movement import moved_beside
 from bsm_mesh.results.records import Status
 from bsm_mesh.safety.criterion import Ended
-from bsm_mesh.solve.stages.solution import notes_on_movement
+from bsm_mesh.solve.stages.falls import note_on_others
 
 DIP, FRICTION = 30.0, 35.0
 CHIP, SLAB = 2, 1
@@ -52,7 +52,7 @@ def test_blocks_that_moved_far_as_another_fell_are_found():
     assert moved_beside(model.blocks, stage).tolist() == []
     chip_alone = replace(stage, unstable_blocks=np.array([CHIP]))
     assert moved_beside(model.blocks, chip_alone).tolist() == [SLAB]
-    (note,) = notes_on_movement(model.blocks, chip_alone)
+    (note,) = note_on_others(model.blocks, chip_alone, np.array([False, True, True]))
     assert note.startswith(f"the fall of block {CHIP} ended the run")
     assert f"block {SLAB} moved by more than a tenth of its size" in note
     assert moved_beside(model.blocks, replace(stage, status=Status.STABLE)).tolist() == []

@@ -17,7 +17,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.results import Results
-from tests.scenes.small_case import MODEL, Case, command, environment, run_process, tree
+from tests.scenes.small_case import GEOMETRY, MODEL, Case, command, environment, tree
 
 STAGE_KEYS = "name status steps newton_iterations factorizations residual max_displacement unstable_blocks"
 STAGE_KEYS += " total_load total_reaction seconds"
@@ -204,39 +204,8 @@ def test_not_converged_is_exit_code_3(case: Case) -> None:
     assert (case.folder / "out/model/summary.json").is_file()
 
 
-SCRIPT = """\
-import gmsh
-def build(path, width=2.0):
-    print("from Python")
-    gmsh.initialize(interruptible=False)
-    gmsh.option.setNumber("General.Terminal", 1)
-    rectangle = gmsh.model.occ.addRectangle(0, 0, 0, width, 2)
-    gmsh.model.occ.synchronize()
-    gmsh.model.addPhysicalGroup(2, [rectangle], name="rock:gneiss")
-    sides = {"bottom": [1], "top": [3]}
-    for name, tags in sides.items():
-        gmsh.model.addPhysicalGroup(1, tags, name=f"boundary:{name}")
-    gmsh.option.setNumber("Mesh.MeshSizeMax", 1)
-    gmsh.model.mesh.generate(2)
-    gmsh.write(str(path))
-    gmsh.finalize()
-"""
-
-
-@pytest.mark.heavy
-def test_what_a_geometry_prints_does_not_get_into_the_json(case: Case) -> None:
-    """Gmsh prints past Python, so that only a process of its own shows it."""
-    case.write("g.py", SCRIPT)
-    case.change('file = "mesh.msh"', 'geometry = "g.py"')
-    case.change("[mesh]\n", "[mesh]\nallow_unused = true\n")  # it has no joint
-    outcome = run_process(case.folder, "run", "model.toml", "--json")
-    assert json.loads(outcome.out)["status"] == "stable"
-    assert "from Python" in outcome.err
-    assert "Info" not in outcome.err  # Gmsh has hundreds of them
-
-
 def test_mesh_command_writes_a_mesh(case: Case) -> None:
-    case.write("g.py", SCRIPT)
+    case.write("g.py", GEOMETRY)
     outcome = case.run("mesh", "g.py", "--set", "width=3", "-o", "deep/g.msh")
     assert outcome.code == 0
     assert outcome.new == ["deep", "deep/g.msh"]

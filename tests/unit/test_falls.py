@@ -48,6 +48,21 @@ def test_a_block_that_counts_makes_the_stage_unstable(width, share):
     results = bsm.run(overhanging(width), bsm.Options(falls=bsm.Falls(ignore_below=share)))
     assert (results.status, list(results.unstable_blocks)) == ("unstable", [3])
     assert results.stages[0].falls == ()
+    area = results.blocks.moments.area
+    verdict = f"unstable, 1 block falls: {100 * area[3] / area.sum():.2g} % of the area"
+    assert verdict_in_words(results.blocks, results.stages[0]) == verdict
+
+
+@pytest.mark.parametrize(("width", "ignored"), [(0.05, 0.01), (0.2, 0.08), (0.5, None)])
+def test_a_fall_that_ends_a_run_has_the_keys_that_give_the_verdict_on_the_others(width, ignored):
+    model = overhanging(width)
+    (note,) = bsm.run(model, bsm.Options(falls=bsm.Falls(ignore_below=0.0))).stages[0].notes
+    assert note.startswith("the fall of block 3 ended the run, and the other blocks have no verdict; with on_fall = ")
+    assert (f"with ignore_below = {ignored} chips of this size do not count" in note) == (ignored is not None)
+    others = {"on_fall": "remove"} if ignored is None else {"ignore_below": ignored}
+    followed = bsm.run(model, bsm.Options(falls=bsm.Falls(**others))).stages[0]
+    assert followed.status.is_stable
+    assert not [text for text in followed.notes if "no verdict" in text]
 
 
 @pytest.mark.heavy

@@ -18,7 +18,10 @@ from tests.scenes.openings import OPENED, opening
 def test_names_of_states(tmp_path):
     bsm.run(opening(bolted=False)).save(tmp_path / "out")
     first, last = frames_in(SavedResults(tmp_path / "out"))
-    assert (first.label, last.label) == ("stage initial: stable", "stage dig: unstable")
+    assert (first.label, last.label) == (
+        "stage initial: stable",
+        "stage dig: unstable, 2 blocks fall: 10 % of the area",
+    )
     assert first.file("joints") == "joints_0000.vtu"
     assert replace(first, step=11, verdict="").file("joints") == "joints_0000_00011.vtu"
 

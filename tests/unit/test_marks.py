@@ -61,7 +61,7 @@ def test_a_line_along_the_face_of_an_excavation_takes_it_for_a_row_of_bolts() ->
     face = Place(along=np.array([(4, 0), (4, 5)]))
     blocks, report = marked(Marks(boundaries={"face": face}), {"excavation:west": WEST["WEST"]})
     assert len(blocks.boundaries["face"]) == 10
-    assert any("right for the face of a later excavation" in note.text for note in report.notes)
+    assert any("usual for a face that a later stage excavates" in note.text for note in report.notes)
     bolts = row_of_bolts(blocks, boundary="face", length=2, interval=1, diameter=0.02)
     assert_allclose([bolt.start for bolt in bolts], [(4, y) for y in (4.5, 3.5, 2.5, 1.5, 0.5)])
     assert_allclose([bolt.end for bolt in bolts], [(6, y) for y in (4.5, 3.5, 2.5, 1.5, 0.5)])

@@ -24,15 +24,18 @@ def model(**changes):
     [
         (
             {"rocks": (bsm.Rock("granit", unit_weight=0), ROCKS[1])},
-            "rock 'granite' of 1 block (0) is not defined; define it, [rock.granite] in a model file; did you mean",
+            "rock 'granite' of 1 block (at (0.5, 0.5)) is not defined; define it, [rock.granite] in a model file; did",
         ),
-        ({"rocks": ()}, "rock 'schist' of 1 block (1) is not defined; define it, [rock.schist] in a model file"),
+        (
+            {"rocks": ()},
+            "rock 'schist' of 1 block (at (1.5, 0.5)) is not defined; define it, [rock.schist] in a model file",
+        ),
         ({"rocks": (*ROCKS, ROCKS[0])}, "rock 'granite' is defined more than once; remove all but one"),
         ({"joints": (JOINT, JOINT)}, "joint 'J1' is defined more than once; remove all but one"),
         ({"default_joint": "J2"}, "default_joint: there is no joint 'J2'; did you mean 'J1'? (known: J1)"),
         (
             {"blocks": BLOCKS.with_joint("SZ", lambda x, y: abs(x - 1) < 1e-9)},
-            "joint 'SZ' of 2 edges (1, 7) is not defined; define it, [joint.SZ] in a model file",
+            "joint 'SZ' of 2 block edges (at (1, 0.5)) is not defined; define it, [joint.SZ] in a model file",
         ),
         ({"gravity_direction": np.inf}, "model: gravity_direction = inf is not a finite number [degrees]"),
         (

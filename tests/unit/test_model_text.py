@@ -142,6 +142,19 @@ def test_every_law_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.heavy
+def test_an_unusual_unit_weight_is_written_with_its_unit(tmp_path: Path) -> None:
+    """A model file refuses a plain number below the usual ones."""
+    blocks = bsm.Blocks.from_polygons(shapes.grid(1, 2), rock="rock")
+    rock, joint = bsm.Rock("rock", unit_weight=26.0), bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30))
+    model = bsm.Model(blocks=blocks, rocks=[rock], joints=[joint], default_joint="J", supports=[bsm.Fixed(blocks=[0])])
+    folder = bsm.run(model).save(tmp_path / "out")
+    assert 'unit_weight = "26.0 N/m^3"' in (folder / "model.toml").read_text()
+    again = bsm.run(folder / "model.toml", output=tmp_path / "again")
+    assert again.model is not None
+    assert again.model.rocks[0].unit_weight == 26.0
+    assert bsm.load(tmp_path / "again" / "model.toml").rocks[0].unit_weight == 26.0
+
+
 def test_given_stress(tmp_path: Path) -> None:
     model = everything()
     loads = [load for load in model.loads if not isinstance(load, bsm.InSituTraction)]

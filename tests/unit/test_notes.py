@@ -9,6 +9,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.model.notes import notes_of
+from bsm_mesh.text.result_text import tables_of
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid
 from tests.scenes.small_case import MODEL, Case
@@ -223,6 +224,13 @@ def test_commands_tell_the_notes(case: Case, command: str) -> None:
     assert all(word in outcome.out + outcome.err for word in words)
     told = json.loads(case.run(command, "model.toml", "--json").out)
     assert all(word in str(told) for word in words)
+
+
+def test_a_note_on_the_input_of_a_stage_is_printed_with_that_stage_alone() -> None:
+    results = bsm.run(PLAIN.replace(stages=[bsm.Stage(name="idle")]))
+    (note,) = results.stages[0].notes
+    assert note.startswith("stage 'idle'")
+    assert note in [line for table in tables_of(results) for line in table.lines]
 
 
 def test_results_keep_the_notes() -> None:

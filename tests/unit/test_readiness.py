@@ -93,7 +93,7 @@ def test_a_model_that_is_ready_has_no_notes():
 
 
 JOINTED = MODEL.replace(FILE, FILE + 'default_joint = "J1"\n').replace('young = "10 GPa"\npoisson = 0.25\n', "")
-SOFT = JOINTED.replace('"5 GPa/m"', "1").replace('"1 GPa/m"', "1")
+SOFT = JOINTED.replace('"5 GPa/m"', '"1 Pa/m"').replace('"1 GPa/m"', '"1 Pa/m"')
 STIFF = JOINTED.replace('"5 GPa/m"', "1e18")
 REFUSED = [
     (SUPPORT, "", ["the model is free to move in any direction", "no support holds it"]),

@@ -286,7 +286,7 @@ def test_the_movement_is_drawn_with_the_excavation_before_it_is_made(roof: Path)
 def test_the_script_for_paraview_looks_as_the_pictures_do(roof: Path) -> None:
     told, script = constants(roof), (roof / "in_paraview.py").read_text(encoding="utf-8")
     assert told["KINDS"] == ["blocks", "contacts", "supports"]
-    assert told["STATES"][-1] == "stage room: unstable"
+    assert told["STATES"][-1] == "stage room: unstable, 1 block falls: 1.6 % of the volume"
     assert told["IN_SPACE"]
     assert told["OPACITY"] < 0.5  # the roof is seen through the blocks before it
     assert told["EXAGGERATION"] == 1  # a block falls

@@ -245,7 +245,7 @@ def test_a_run_that_fails_is_a_row(study: Case) -> None:
     assert found["status"] == ["stable", "failed"]
     assert "there is no boundary 'bottm'; did you mean 'bottom'" in found["error"][1]
     assert found["support.1.boundary"] == ["bottom", "bottm"]
-    assert "failed, 1 times: " in said.out
+    assert "1 run crashed: " in said.out
     told = json.loads(Path("out/study/summary.json").read_text())["failure"]
     assert (told["failed"], told["share"], told["bounds"], told["interval"]) == (1, 0.0, [0.0, 0.5], None)
 

@@ -120,6 +120,14 @@ def test_bolts_that_are_not_installed_yet_have_no_force() -> None:
     assert dict(bolt_rows(results.stages[1].bolts))["greatest force in a bolt"].startswith("0 N (")
 
 
+def test_numbers_that_are_too_wide_for_a_terminal_keep_their_units(capsys: pytest.CaptureFixture[str]) -> None:
+    row = ("greatest displacement", "10", *["0.5833 mm"] * 5)
+    print_table("Answers", ("", "runs", "mean", "deviation", "5 %", "50 %", "95 %"), [row])
+    lines = capsys.readouterr().out.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    assert " ".join(lines).split().count("mm") == 5
+
+
 @pytest.mark.heavy
 def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -> None:
     print_table("A title that is longer than its table by far", ("a", "b"), [("1", "2")])

@@ -113,7 +113,7 @@ def test_a_block_without_contact_inside_another_is_no_answer(deep, free):
     collapse = falling.check(contacts, nothing_bears, position)
     assert_array_equal(collapse.down, [1] if free else [])
     assert ("moves freely" in collapse.reason) == free
-    assert ("at (0.2, 0.445) has sunk into its neighbours by 0.055 of its area" in collapse.reason) == (not free)
+    assert ("at (0.2, 0.445) overlaps its neighbours by 0.055 of its area" in collapse.reason) == (not free)
 
 
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])

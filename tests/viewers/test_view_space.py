@@ -85,7 +85,7 @@ def test_it_opens_without_errors_and_without_network(fallen: tuple[bsm.Results, 
     _, page = fallen
     assert faults(page) == []
     assert page.driver.execute_script("return performance.getEntriesByType('resource').length") == 0
-    assert page.title() == "stage room: unstable; true to scale"
+    assert page.title() == "stage room: unstable, 1 block falls: 1.6 % of the volume; true to scale"
     (block,) = fallen[0].unstable_blocks
     assert page.driver.execute_script(f"return {TRACES}.filter((t) => t.mode === 'text').at(-1).text") == [str(block)]
 

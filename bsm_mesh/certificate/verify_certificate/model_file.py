@@ -59,7 +59,7 @@ class GivenFiles:
         return [] if same else [f"the outlines of the blocks are not those of {MESH}"]
 
     def _weights(self, a: Arrays) -> list[str]:
-        rocks = {name: rock.get("unit_weight") for name, rock in self.model.get("rock", {}).items()}
+        rocks = {name: _in_si(rock.get("unit_weight"), "N/m^3") for name, rock in self.model.get("rock", {}).items()}
         numbers = [weight for weight in rocks.values() if isinstance(weight, (int, float))]
         if "unit_weight" not in a or not numbers or len(numbers) < len(rocks):
             return []
@@ -155,6 +155,12 @@ class GivenFiles:
             return []
         shown = ", ".join(f"{key} {law[key]:g}" for key in law if isinstance(law[key], float))
         return [f"no joint or rock of {MODEL} has the strength {law['kind']} ({shown})"]
+
+
+def _in_si(value: Any, unit: str) -> Any:
+    """Return a number that a model file gives with its unit in SI; anything else as it is."""
+    number = value.removesuffix(f" {unit}") if isinstance(value, str) else ""
+    return float(number) if re.fullmatch(r"[-+.eE\d]+", number) else value
 
 
 def tension_of(table: dict[str, Any]) -> float:

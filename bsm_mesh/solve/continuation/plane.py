@@ -94,6 +94,7 @@ def _outcome(
             supports,
         ),
         system.water.point_forces(corners),
+        bars,
     )
     return motion_outcome(
         motion,

@@ -116,7 +116,7 @@ class CollapseCriterion:
                 return Collapse(reason=sunk)
             return self._collapse("a block has lost all contact and moves freely", free, moves)
         if not self._followed and runs.any():
-            reason = f"a block moved by more than {SETTINGS.runs:g} times its size and is as fast as one size before"
+            reason = f"a block moved by more than {SETTINGS.runs:g} times its size without slowing down"
             return self._collapse(reason, runs, moves)
         if (far := (moved > self.limit) & ~self.small).any():
             return self._collapse(moved_beyond(self.limit), far, moves)
@@ -154,9 +154,8 @@ class CollapseCriterion:
             return ""
         where, bulk = place(self.system.placed(position)[free[worst]]), self.system.model.blocks.bulk_name
         return (
-            f"the block that is now at {where} has sunk into its neighbours by "
-            f"{shares[worst]:.2g} of its {bulk}, deeper than contacts are followed, and seems free: not an answer; "
-            "the joints are too soft for the forces: look at stiffness, loads and units"
+            f"the block that is now at {where} overlaps its neighbours by {shares[worst]:.2g} of its {bulk}, more than "
+            "contacts can follow. The joints are too soft for the forces: check stiffness, loads and units"
         )
 
     def _supported(self, contacts: Contacts, contacted: BoolArray, position: FloatArray) -> BoolArray:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import counted, numbered
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.falls import MOST_OF_A_CHIP
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import distances, translations
 from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.movement import moved_beside, moved_far
 from bsm_mesh.results.records import StageResult, Status
 
 
@@ -53,3 +57,47 @@ def after_falls(stage: StageResult, falls: tuple[Fall, ...], unit: str) -> Stage
             f"{numbered('block', (fall.block for fall in ignored))}",
         )
     return replace(stage, status=status, notes=notes, falls=falls)
+
+
+def notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
+    """Report blocks far from their place at the stage's start: at rest, or too small to count."""
+    far = moved_far(blocks, stage)
+    moved = distances(stage.stage_displacement)
+    large, small = far[stage.counts[far]], far[~stage.counts[far]]
+    notes = []
+    if large.size:
+        notes.append(
+            f"before it reached rest, {counted(large.size, 'block')} moved by more than a tenth of "
+            f"{'its' if large.size == 1 else 'their'} size, up to {moved[large].max():.3g} m: "
+            f"{numbered('block', large)}; if that is a failure, give a smaller displacement_limit in [solver]"
+        )
+    if small.size:
+        notes.append(
+            f"{counted(small.size, 'block')} too small to count (falls.ignore_below) moved by up to "
+            f"{moved[small].max():.3g} m: {numbered('block', small)}"
+        )
+    return notes
+
+
+def note_on_others(blocks: Blocks, stage: StageResult, free: BoolArray) -> list[str]:
+    """Report that blocks that fell ended the run before the others' own verdict, and the keys that give it.
+
+    `free` (n,): blocks that are there and not fixed; their mean area is that of ``falls.ignore_below``.
+    """
+    down = stage.unstable_blocks
+    others = stage.counts & free
+    others[down] = False
+    if not down.size or not others.any():
+        return []
+    beside, bulk = moved_beside(blocks, stage), blocks.moments.bulk
+    note = f"the fall of {numbered('block', down, 6)} ended the run, and the other blocks have no verdict"
+    if beside.size:
+        most = distances(stage.stage_displacement)[beside].max()
+        note += (
+            f": {numbered('block', beside, 12)} moved by more than a tenth of "
+            f"{'its' if beside.size == 1 else 'their'} size, up to {most:.3g} m"
+        )
+    note += f'; with on_fall = "remove" in [falls] the run continues without {"it" if down.size == 1 else "them"}'
+    if (share := math.ceil(100 * float(bulk[down].max() / bulk[free].mean())) / 100) <= MOST_OF_A_CHIP:
+        note += f", and with ignore_below = {share:g} chips of this size do not count"
+    return [note]

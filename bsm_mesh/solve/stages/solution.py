@@ -9,9 +9,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
-from bsm_mesh.errors import ModelError, counted, numbered
+from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.flow.coupling import FlowCoupling, FlowState
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
@@ -20,11 +19,11 @@ from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.movements import distances
 from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN, Proof
-from bsm_mesh.results.movement import displacement_of, moved_beside, moved_far
+from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
-from bsm_mesh.solve.stages.falls import after_falls, falls_of
+from bsm_mesh.solve.stages.falls import after_falls, falls_of, note_on_others, notes_on_movement
 from bsm_mesh.solve.stages.given_position import notes_on_given_position
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Scheme, Watchers
@@ -182,8 +181,9 @@ class StageSolution:
         state.forget_released()
         stage = replace(stage, small_blocks=self._small_blocks())
         movement, crushing = notes_on_movement(run.model.blocks, stage), notes_on_crushing(run.model, stage)
+        others = note_on_others(run.model.blocks, stage, self._free_blocks()) if outcome.down.size else []
         given = notes_on_given_position(run.model, stage, self._proof)
-        found = (*notes_on_shaking(run.model, stage), *movement, *given, *crushing)
+        found = (*notes_on_shaking(run.model, stage), *movement, *others, *given, *crushing)
         stage = replace(stage, notes=(*stage.notes, *found))
         if stage.status is Status.UNSTABLE:
             stage = replace(stage, proof=self._proof(stage.unstable_blocks))
@@ -212,10 +212,14 @@ class StageSolution:
 
     def _small_blocks(self) -> IntArray:
         """Return the blocks that are there and too small to count, (k,)."""
-        blocks = self._run.model.blocks
-        free = self._state.present & ~self._state.bars.held_blocks(blocks)
-        small: IntArray = np.flatnonzero(self._run.falls.small(blocks, free) & free).astype(np.int32)
+        free = self._free_blocks()
+        small: IntArray = np.flatnonzero(self._run.falls.small(self._run.model.blocks, free) & free).astype(np.int32)
         return small
+
+    def _free_blocks(self) -> BoolArray:
+        """Return which blocks are there and not fixed, (n,)."""
+        free: BoolArray = self._state.present & ~self._state.bars.held_blocks(self._run.model.blocks)
+        return free
 
     def _submodel(self) -> SubModel:
         """Return the blocks that are there, under what acts on them."""
@@ -316,34 +320,6 @@ class StageSolution:
             steps=tuple(self._steps),
             notes=(*self._notes, *stage.notes),
         )
-
-
-def notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
-    """Report blocks far from their place at the stage's start: at rest, too small to count, or amid a fall."""
-    far = moved_far(blocks, stage)
-    moved = distances(stage.stage_displacement)
-    large, small = far[stage.counts[far]], far[~stage.counts[far]]
-    notes = []
-    if large.size:
-        notes.append(
-            f"before it reached rest, {counted(large.size, 'block')} moved by more than a tenth of its size, up to "
-            f"{moved[large].max():.3g} m: {numbered('block', large)}; if that is a failure, give a smaller "
-            "displacement_limit in [solver]"
-        )
-    if small.size:
-        notes.append(
-            f"{counted(small.size, 'block')} too small to count (falls.ignore_below) moved by up to "
-            f"{moved[small].max():.3g} m: {numbered('block', small)}"
-        )
-    beside = moved_beside(blocks, stage)
-    if beside.size:
-        notes.append(
-            f"the fall of {numbered('block', stage.unstable_blocks, 6)} ended the run before the others were in "
-            f"equilibrium: {numbered('block', beside, 12)} moved by more than a tenth of "
-            f"{'its' if beside.size == 1 else 'their'} size, up to {moved[beside].max():.3g} m; "
-            'on_fall = "remove" in [falls] follows them'
-        )
-    return notes
 
 
 def confirmed(stage: StageResult, check: Checker) -> StageResult:

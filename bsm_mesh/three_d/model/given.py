@@ -29,7 +29,12 @@ def faults_in_space(model: Model) -> list[str]:
         ("rock", blocks.rock_names, [rock.name for rock in model.rocks]),
         ("joint", (*blocks.joint_names, *filter(None, [model.default_joint])), [joint.name for joint in model.joints]),
     ):
-        faults += [f"{kind} '{name}' is not defined; define it" for name in used if name not in defined]
+        faults += [
+            f"{kind} '{name}' is not defined; define it, [{kind}.{name}] in a model file"
+            f"{nearest(name, defined) if defined else ''}"
+            for name in used
+            if name not in defined
+        ]
         faults += [
             f"{kind} '{name}' is defined more than once" for name in dict.fromkeys(defined) if defined.count(name) > 1
         ]

@@ -7,6 +7,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import numpy as np
 import tomli_w
 
 from tests.scenes.model_folders import BOLT_TABLE
@@ -67,6 +68,8 @@ def look_at(results: Any) -> None:
     """Demand finite numbers of results that have a verdict."""
     for stage in results.stages:
         if stage.status.value == "stable":
-            for name in ("displacement", "stress", "reactions"):
+            for name in ("displacement", "reactions"):
                 demand_finite(getattr(stage, name), f"{name} of a stable stage")
+            open_ones = np.isnan(stage.stress).all(axis=(1, 2))  # of fixed blocks
+            demand_finite(stage.stress[~open_ones], "stress of a stable stage")
     results.check()
