@@ -52,9 +52,9 @@ NO_LIMIT = (
     "for strength without a limit give a joint without law, or a rock without cohesion, friction and tensile_strength"
 )
 UNIT_WEIGHT = Quantity(
-    unit="N/m^3", least=0, most=1e12, usual=(5e3, 5e4), unit_below=5e3, example='"26 kN/m^3"'
-)  # 26 is kN/m^3, and 2600 a density
-YOUNG = Quantity(unit="Pa", least=1e-6, most=1e18, usual=(1e5, 5e11), unit_below=1e5, example='"20 GPa"')
+    unit="N/m^3", least=0, most=1e12, usual=(5e3, 5e4), doubtful=(1.0, 5e3), example='"26 kN/m^3"'
+)  # 26 is in kN/m^3, and 2600 a density in kg/m^3; models in N and mm have 2.6e-5
+YOUNG = Quantity(unit="Pa", least=1e-6, most=1e18, usual=(1e5, 5e11), example='"20 GPa"')
 POISSON = Quantity(least=0, most=0.499, example="0.25")
 COHESION = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 1e8), example='"1 MPa"', why=NO_LIMIT)
 LINER_COMPRESSION = Quantity(unit="Pa", least=1e3, most=1e10, usual=(1e6, 2e8), example='"25 MPa"')
@@ -85,7 +85,7 @@ SLIP = Quantity(unit="m", least=1e-6, most=1e3, usual=(1e-4, 1), example='"5 mm"
 STRENGTH_FACTOR = Quantity(
     least=1e-6, most=1e6, usual=(1e-6, 1), usual_why="it is a part of the given strength, 1 all of it", example="0.8"
 )
-STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), unit_below=1e5, example='"5 GPa/m"')
+STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), example='"5 GPa/m"')
 STIFFNESS_EXPONENT = Quantity(above=0, most=2, usual=(0.2, 1), example="0.5")
 REFERENCE_STRESS = Quantity(unit="Pa", least=1e2, most=1e10, usual=(1e4, 1e8), example='"1 MPa"')
 THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1 mm"')

@@ -39,8 +39,8 @@ class Quantity:
         Fault of a value beyond the range, or the meaning, for the message.
     whole : bool
         Whether it must be a whole number.
-    unit_below : float
-        A smaller plain number of a model file, other than 0, needs its unit: most likely it is in another one.
+    doubtful : (float, float)
+        A plain number of a model file from the first to below the second needs its unit: most likely it is in another.
 
     Examples
     --------
@@ -60,20 +60,20 @@ class Quantity:
     example: str
     why: str = ""
     whole: bool = False
-    unit_below: float = 0.0
+    doubtful: tuple[float, float] = (0.0, 0.0)
 
     def holds(self, value: float) -> bool:
         """Return whether a number is in the range; NaN is in none."""
         return self.above < value < self.below and self.least <= value <= self.most
 
     def needs_unit(self, value: float) -> bool:
-        """Return whether a plain number is so small that a model file must give its unit."""
-        return 0 < value < self.unit_below
+        """Return whether a plain number is so unusual that a model file must give its unit."""
+        return self.doubtful[0] <= value < self.doubtful[1]
 
     def in_file(self, value: Any) -> Any:
         """Return a value as a model file takes it: a number that needs its unit as a text."""
-        is_small = isinstance(value, int | float) and self.needs_unit(value)
-        return f"{value!r} {self.unit}" if is_small else value
+        is_doubtful = isinstance(value, int | float) and self.needs_unit(value)
+        return f"{value!r} {self.unit}" if is_doubtful else value
 
     @property
     def span(self) -> str:

@@ -188,3 +188,11 @@ def test_silly_numbers_are_refused(case: Case, old: str, new: str, words: str) -
     text = MODEL[:-1] + new if old == MODEL[-1:] else MODEL.replace(old, new)
     case.write("model.toml", text)
     case.refuses("check", "model.toml", says=[words])
+
+
+@pytest.mark.parametrize(
+    ("value", "needed"),
+    [(26, True), (2650, True), (26e3, False), (2.6e-5, False), (0, False)],  # kN/m^3, kg/m^3, N/m^3, N/mm^3, no weight
+)
+def test_a_plain_unit_weight_of_another_unit_needs_it(value: float, needed: bool) -> None:
+    assert quantities.UNIT_WEIGHT.needs_unit(value) is needed
