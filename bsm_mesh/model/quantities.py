@@ -52,8 +52,8 @@ NO_LIMIT = (
     "for strength without a limit give a joint without law, or a rock without cohesion, friction and tensile_strength"
 )
 UNIT_WEIGHT = Quantity(
-    unit="N/m^3", least=0, most=1e12, usual=(5e3, 5e4), doubtful=(1.0, 5e3), example='"26 kN/m^3"'
-)  # 26 is in kN/m^3, and 2600 a density in kg/m^3; models in N and mm have 2.6e-5
+    unit="N/m^3", least=0, most=1e12, usual=(5e3, 5e4), doubtful=(5.0, 50.0), example='"26 kN/m^3"'
+)  # what would be usual in kN/m^3 is meant so
 YOUNG = Quantity(unit="Pa", least=1e-6, most=1e18, usual=(1e5, 5e11), example='"20 GPa"')
 POISSON = Quantity(least=0, most=0.499, example="0.25")
 COHESION = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 1e8), example='"1 MPa"', why=NO_LIMIT)

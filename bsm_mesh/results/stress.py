@@ -95,7 +95,8 @@ def stress_is_open(blocks: Blocks, stress: FloatArray, bars: Bars, supports: Sup
 
     Reactions do not matter that change it by less than `NEGLIGIBLE` of the greatest stress: under loads in balance.
     """
-    turns = np.abs(supports.moment).reshape(len(supports.block), -1).sum(axis=1)  # in space of three components
+    moment = supports.moment if supports.moment.ndim > 1 else supports.moment[:, None]  # in space of three components
+    turns = np.abs(moment).sum(axis=1)
     force = np.bincount(supports.block, lengths(supports.reaction), minlength=blocks.count)
     most = force * blocks.moments.size + np.bincount(supports.block, turns, minlength=blocks.count)
     negligible = NEGLIGIBLE * float(np.abs(stress).max(initial=0.0))

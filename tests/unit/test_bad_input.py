@@ -89,7 +89,6 @@ VALUES = [
             'write the unit, for example "26 kN/m^3", or "26 N/m^3" if that is meant',
         ],
     ),
-    ('"26 kN/m^3"', "2650", ["[rock.gneiss] unit_weight = 2650: a number without a unit is in N/m^3"]),  # a density
     ('"5 GPa/m"', "0", ["[joint.J1] normal_stiffness = 0: must be 1 to 1e18 Pa/m", '"5 GPa/m"']),
     ('"1 MPa"', "1e300", ["[[load]] number 1, pressure = 1e+300: must be -1e10 to 1e10 Pa"]),
     (

@@ -192,7 +192,7 @@ def test_silly_numbers_are_refused(case: Case, old: str, new: str, words: str) -
 
 @pytest.mark.parametrize(
     ("value", "needed"),
-    [(26, True), (2650, True), (26e3, False), (2.6e-5, False), (0, False)],  # kN/m^3, kg/m^3, N/m^3, N/mm^3, no weight
+    [(26, True), (26e3, False), (1, False), (2.6e-5, False), (0, False)],  # in kN/m^3, N/m^3, of a scheme, N/mm^3, none
 )
-def test_a_plain_unit_weight_of_another_unit_needs_it(value: float, needed: bool) -> None:
+def test_a_plain_unit_weight_in_kilonewtons_needs_its_unit(value: float, needed: bool) -> None:
     assert quantities.UNIT_WEIGHT.needs_unit(value) is needed
