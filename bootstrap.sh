@@ -312,7 +312,7 @@ test_all() {
 
 # What the libraries are used for, once each: command line, model file and units, meshes, cutting, VTU, pictures,
 # continuum, linear solvers, DXF, and the wheel.
-smoke_tests="tests/examples/test_readme.py tests/unit/test_wheel.py tests/unit/test_checkout.py tests/unit/test_cli.py
+smoke_tests="tests/unit/test_wheel.py tests/unit/test_checkout.py tests/unit/test_cli.py
     tests/unit/test_model_file.py tests/unit/test_units.py tests/unit/test_session.py tests/unit/test_cases.py
     tests/unit/test_mesh_files.py tests/unit/test_vtk_files.py tests/unit/test_result_files.py tests/unit/test_pictures.py
     tests/unit/test_cut_blocks.py tests/unit/test_continuum.py tests/unit/test_continuum_supports.py

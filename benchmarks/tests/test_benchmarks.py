@@ -145,7 +145,7 @@ def test_a_row_of_shaken_walls(monkeypatch):
     assert int(found["steps"]) > 1000
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_row_of_damped_slopes():
     """The sums of dashpots never make the time step shorter than their greatest ratio does."""
     row = damped_slopes.row(*damped_slopes.drawn(1)[0])

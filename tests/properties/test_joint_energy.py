@@ -52,7 +52,7 @@ LONGEST = "stiffening by its strength, dilating, hyperbolic"
 corner = st.tuples(st.floats(-3e-3, 3e-3), st.floats(-2.5e-4, 1e-4))
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.heavy] if name == LONGEST else []) for name in JOINTS]
 )

@@ -96,7 +96,7 @@ def test_both_engines_give_the_same_blocks(mass: RockMass) -> None:
     }
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(networks())
 def test_no_area_and_no_joint_is_lost(mass: RockMass) -> None:

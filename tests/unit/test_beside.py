@@ -208,7 +208,7 @@ def test_they_change_nothing_of_the_model(results: Results) -> None:
 HISTORY = '\n[[history]]\nname = "middle"\npoint = [1.2, 1.5]\nmeasured = "measured.csv"\n'
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_the_commands(case: Case) -> None:
     """A model file names its table: told by run, in the report; what is at fault ends with code 2."""

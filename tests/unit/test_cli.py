@@ -313,7 +313,7 @@ def test_stdout_on_a_full_disk(case: Case) -> None:
     assert done.stderr == "error: No space left on device\n"
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_demo(case: Case) -> None:
     """The whole chain, as a new user starts it."""

@@ -58,7 +58,7 @@ def test_every_stage_has_its_class():
     assert rapid.sentence == "Not comparable: blocks fall: there is no state of rest to compare."
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_what_is_not_comparable_has_no_percentage_of_difference():
     for name, reason in (
         ("arch/thin.toml", "blocks fall"),

@@ -130,6 +130,7 @@ def test_what_others_can_write_to_is_no_place_for_code(copy: Path) -> None:
     assert not list(own.iterdir())
 
 
+@pytest.mark.slow
 def test_a_folder_that_is_named_replaces_all_others(copy: Path) -> None:
     call(copy)
     assert call(copy, NUMBA_CACHE_DIR=str(copy / "kept"))[0] == f"3 2 {copy / 'kept'}"

@@ -89,7 +89,7 @@ def test_what_comes_down_is_taken_away_and_stage_after_stage_goes_on(tmp_path):
     assert bsm.run(tmp_path / "out" / "model.toml", output=tmp_path / "again").stages[0].falls[0].block == 3
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_results_are_read_after_a_block_was_removed_in_the_first_stage(tmp_path, drawn_here):
     """The numbers of blocks are permanent; the last one keeps its own after block 1 was removed."""
     polygons = [LEDGE, rectangle(0, -1, 0.5, -0.5), SHELF, rectangle(-2, 0, -1, 1)]

@@ -180,7 +180,7 @@ GRIDS: list[Change] = [
 ]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(len(GRIDS)))
 def test_grids_that_kill_their_reader(folder: Path, whole: Path, number: int) -> None:
     """It runs in a process of its own: this one lives, and the next file is read."""

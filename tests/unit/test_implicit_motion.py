@@ -47,7 +47,7 @@ def test_energies_balance_under_laws(name):
     assert_allclose(stage.shaking.slip_energy.sum(), stage.shaking.energy[-1, 5])
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_energies_balance_with_bolts_and_dashpots():
     damped = replace(IMPLICIT, record=quake(5.0, 1.5), contact_damping=0.3, mass_damping=(0.05, 2.0))
     stage = bsm.run(wall(damped, courses=5, bricks=1, bolts=[bsm.Bolt(**BOLT)])).stages[-1]

@@ -109,6 +109,7 @@ def test_signals_at_random_moments(case: Case) -> None:
         assert Results.load("out/model").status == "stable"  # of the first run, or of this one
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 @pytest.mark.parametrize("number", SIGNALS)
 def test_finished_stages_stay_and_are_told(case: Case, number: signal.Signals) -> None:

@@ -131,7 +131,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_command_writes_tables_and_pictures(folder):
     words = [
         "joint-test",

@@ -30,7 +30,7 @@ def contains(found, exact, width):
     assert low - 1e-4 * abs(exact) <= exact <= high + 1e-4 * abs(exact)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_least_friction_of_an_incline():
     """The range runs down: from stable to failing."""
     found = limit_value(incline, 40.0, 20.0, quantity="friction")
@@ -104,7 +104,7 @@ def test_loads_that_have_no_factor_are_told():
     assert change_of(["joint", "J1", "friction"]) is None
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_greatest_tilt():
     """A block on an incline of 30 degrees and 40 degrees of friction stands 10 degrees more."""
     found = limit_value(partial(tilted_left, incline()), 0.0, 20.0, quantity="tilt")

@@ -347,7 +347,7 @@ def test_headings() -> None:
     assert heading(unfinished) == "Tunnel: stage initial, stable, of an unfinished run"  # no verdict on the whole
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_here")
 def test_run_with_pictures(results: Case) -> None:
     outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")

@@ -358,6 +358,7 @@ def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:
     assert went_on > 4
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that are killed are forked")
 def test_a_resumed_run_that_is_killed_in_its_turn(killed: tuple[Path, Path]) -> None:
     """At whatever operation; what was left before is there still, or what it came to."""

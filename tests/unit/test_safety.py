@@ -311,7 +311,7 @@ def test_nothing_that_could_fail_is_no_error():
     assert factor_of_safety(model).unstable is None
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_another_start_that_has_no_answer_leaves_the_answer():
     """The block slides as it is given, so that nothing can be weakened after it is at rest."""
     weak = incline().replace(joints=[replace(incline().joints[0], law=bsm.MohrCoulomb(friction=20.0))])

@@ -194,6 +194,7 @@ def test_finished_stages_can_be_read_at_every_operation(tmp_path: Path, monkeypa
     assert len(Results.load(tmp_path / "out").stages) == 2
 
 
+@pytest.mark.slow
 def test_stages_follow_each_other_in_time(tmp_path: Path) -> None:
     """Block 2 is taken away: the block that leant on it slides on and off the base."""
     wall = replace(pushed().blocks, excavations={"wall": np.array([2], np.int32)})

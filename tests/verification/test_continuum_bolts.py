@@ -127,7 +127,7 @@ def test_elastic_shear_lag():
     assert_allclose(stage.bolts.axial_force.max(), load, rtol=1e-6)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("keys", [{"bond_strength": 50e3}, {"yield_strength": 100e3 / (np.pi * D**2 / 4)}])
 def test_strength(keys):
     """Bond of 50 kN/m over 2 m, or steel that yields at 100 kN: it holds just less, and not just more."""

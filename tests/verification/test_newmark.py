@@ -181,7 +181,7 @@ def test_no_displacement_has_its_unit_in_every_column():
     assert moved == ["0 m", "0 m", "0 m"]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_command_prints_a_table_and_writes_files(commanded):
     shown, out, _ = commanded
     words = " ".join(shown.split())

@@ -42,7 +42,7 @@ def test_newmark_block_slides_as_far_as_after_a_pulse():
     assert stage.shaking.imbalance < 1e-4
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
     a, slows, times = 8.0, 0.8 * GRAVITY, np.linspace(0, 20, 20_001)
     swing, greatest = slide_under_a_sine(a, slows)
