@@ -128,10 +128,7 @@ def grounds_of(results: Results, told: dict[str, Any], arrays: list[bytes]) -> I
 
 
 def _agree(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Return whether arrays are the same; NaN, the stress of fixed blocks, equals NaN."""
-    return one.keys() == other.keys() and all(
-        np.array_equal(one[name], other[name], equal_nan=one[name].dtype.kind == "f") for name in one
-    )
+    return one.keys() == other.keys() and all(np.array_equal(one[name], other[name]) for name in one)
 
 
 def _against(results: Results, stage: StageResult) -> list[str]:

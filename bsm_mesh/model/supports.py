@@ -191,22 +191,6 @@ class Bars:
         np.add.at(stiffness, self.block, along[:, :, None] * along[:, None, :])
         return np.asarray(np.linalg.matrix_rank(stiffness, tol=RIGID, hermitian=True) == blocks.axes)
 
-    def leave_stress_open(self, blocks: Blocks) -> BoolArray:
-        """Return blocks (n,) whose mean stress statics leaves open: the place of their reactions is unknown.
-
-        The bars hold them against rotation, or at two points or more in all directions.
-        """
-        moves = ~self.holds_rotation
-        block, direction = self.block[moves], self.direction[moves]
-        key = np.column_stack([block, self.point[moves]])
-        _, first, place = np.unique(key, axis=0, return_index=True, return_inverse=True)
-        stiffness = np.zeros((len(first), direction.shape[1], direction.shape[1]))
-        np.add.at(stiffness, place.reshape(-1), direction[:, :, None] * direction[:, None, :])
-        held = np.linalg.matrix_rank(stiffness, tol=RIGID, hermitian=True) == direction.shape[1]
-        is_open: BoolArray = np.bincount(block[first[held]], minlength=blocks.count) > 1
-        is_open[self.block[self.holds_rotation]] = True
-        return is_open
-
     def rows(self, arm: FloatArray) -> FloatArray:
         """Return what of a movement each bar holds, (k, axes), from its arm (k, 2 or 3) from the centroid.
 

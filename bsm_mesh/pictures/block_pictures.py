@@ -197,7 +197,7 @@ def _unknown(sheet: Sheet) -> str:
     """Return what to say of blocks whose mean stress is not known, as ``run`` says it."""
     scene = sheet.scene
     left_out = int((~scene.stressed & ~scene.apart)[scene.shown].sum())
-    return f"; {counted(left_out, 'block')} excluded: fixed, or slivers" if left_out else ""
+    return f"; {counted(left_out, 'block')} excluded: supported, or slivers" if left_out else ""
 
 
 def _bars(centre: FloatArray, angle: FloatArray, half: FloatArray) -> FloatArray:

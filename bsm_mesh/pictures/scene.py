@@ -72,7 +72,8 @@ class Scene:
     @cached_property
     def stressed(self) -> BoolArray:
         """Which blocks have a mean stress that is known (`stress_is_known`), and have not gone, (n,)."""
-        chosen: BoolArray = stress_is_known(self.results.blocks, self.stage) & ~self.apart
+        known = stress_is_known(self.results.blocks, self.stage.present, self.stage.supports)
+        chosen: BoolArray = (known if known.any() else self.stage.present) & ~self.apart
         return chosen
 
     @cached_property

@@ -228,7 +228,7 @@ class StageResult(Portable):
         Position from which `displacement` counts, less the given one: the displacement by the in-situ state; of filled
         blocks that by which they were placed.
     stress, stress_effective : (n, 2, 2) float64 [Pa]
-        Average stress of every block (Wang Eq. 3.45), tension positive, NaN where fixed: total, and less the water's.
+        Average stress of every block (Wang Eq. 3.45), tension positive: the total, and that less the water's.
     loads, reactions : (n, 3) float64 [N/m, N/m, N]
         Weight, loads and water, and support forces on every block: Fx, Fy, moment about the centroid.
     water : (n, 3) float64 [N/m, N/m, N]

@@ -9,14 +9,11 @@ from bsm_mesh.contact.kernels import add_contact_moments
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces
-from bsm_mesh.model.supports import Bars
-from bsm_mesh.movements import lengths
 from bsm_mesh.results.records import ContactForces, StageResult, SupportForces
 
 PointForce = tuple[IntArray, FloatArray, FloatArray]
 """Blocks (k,), points (k, 2) [m] and forces (k, 2) [N/m]."""
 SLIVER = 0.01  # of the mean area of blocks
-NEGLIGIBLE = 1e-6  # of the greatest stress
 
 
 def block_stress(
@@ -31,7 +28,8 @@ def block_stress(
 
     The sum x_i F_j runs over contacts, loads and supports, with x from the centroid, so that the weight drops
     out (Eq. B.13). It is symmetric where the block is in equilibrium of moments; a block whose rotation is held
-    at its centroid is not, and the symmetric part is returned.
+    at its centroid is not, and the symmetric part is returned. Where a block is held as a whole (`Fixed` with
+    blocks) the place of the reaction is unknown and its contribution is left out.
 
     Parameters
     ----------
@@ -70,73 +68,52 @@ def total_and_effective_stress(
     contacts: ContactForces,
     acting: tuple[PointForces, SupportForces],
     water: tuple[PointForce, ...],
-    bars: Bars,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the average total stress of every block, and the effective one, (n, 2, 2) each [Pa]; NaN: not known.
+    """Return the average total stress of every block, and the effective one, (n, 2, 2) each [Pa].
 
-    It is not known of blocks whose reactions have no known place (`stress_is_open`). Contact and support forces
-    are effective ones. With the water's forces their sum gives the total; without them the effective stress: the sum
-    over the water alone is minus its mean pressure in the block, on the diagonal.
+    Contact and support forces are effective ones. With the water's forces their sum gives the total; without them
+    the effective stress: the sum over the water alone is minus its mean pressure in the block, on the diagonal.
     """
     loads, supports = acting
     forces = ((loads.block, loads.point, loads.force), (supports.block, supports.point, supports.reaction))
     normal_force, shear_force = contacts.normal_force, contacts.shear_force
     effective = block_stress(blocks, centroid, contacts, normal_force, shear_force, forces)
-    effective[stress_is_open(blocks, effective, bars, supports)] = np.nan
     if not water:
         return effective, effective
-    total = block_stress(blocks, centroid, contacts, normal_force, shear_force, (*forces, *water))
-    total[np.isnan(effective)] = np.nan
-    return total, effective
+    return block_stress(blocks, centroid, contacts, normal_force, shear_force, (*forces, *water)), effective
 
 
-def stress_is_open(blocks: Blocks, stress: FloatArray, bars: Bars, supports: SupportForces) -> BoolArray:
-    """Return blocks (n,) whose average stress depends on reactions without a known place (`Bars.leave_stress_open`).
-
-    Reactions do not matter that change it by less than `NEGLIGIBLE` of the greatest stress: under loads in balance.
-    """
-    moment = supports.moment if supports.moment.ndim > 1 else supports.moment[:, None]  # in space of three components
-    turns = np.abs(moment).sum(axis=1)
-    force = np.bincount(supports.block, lengths(supports.reaction), minlength=blocks.count)
-    most = force * blocks.moments.size + np.bincount(supports.block, turns, minlength=blocks.count)
-    negligible = NEGLIGIBLE * float(np.abs(stress).max(initial=0.0))
-    is_open: BoolArray = bars.leave_stress_open(blocks) & (most > negligible * blocks.moments.bulk)
-    return is_open
-
-
-def stress_is_known(blocks: Blocks, stage: StageResult) -> BoolArray:
+def stress_is_known(blocks: Blocks, present: BoolArray, supports: SupportForces) -> BoolArray:
     """Return the blocks (n,) whose average stress says something of the rock.
 
-    Not fixed blocks, of which it is NaN. Not corner slivers, under `SLIVER` of the mean area (in space: volume), unless
-    there are no other blocks.
+    Not those that supports hold at two points or more in all directions, or as a whole. Statics does not give the
+    place of their reactions. Not corner slivers, under `SLIVER` of the mean area (in space: volume).
     """
-    bulk, present = blocks.moments.bulk, stage.present
+    both = np.flatnonzero(np.abs(supports.reaction).min(axis=1, initial=np.inf) > 0)
+    held = np.bincount(supports.block[both], minlength=blocks.count)
+    turns = np.abs(supports.moment).reshape(len(supports.block), -1).sum(axis=1)  # in space of three components
+    whole = np.bincount(supports.block, turns, minlength=blocks.count) > 0
+    bulk = blocks.moments.bulk
     mean = float(bulk[present].mean()) if present.any() else 0.0
-    known: BoolArray = present & np.isfinite(stage.stress).all(axis=(1, 2))
-    large = known & (bulk >= SLIVER * mean)
-    return large if large.any() else known
+    known: BoolArray = present & (held < 2) & ~whole & (bulk >= SLIVER * mean)
+    return known
 
 
 def extreme_stresses(blocks: Blocks, stage: StageResult) -> tuple[float, float, int]:
     """Return the most compressive and the most tensile principal stress [Pa], and of how many blocks it is unknown.
 
-    They are those of the blocks of which `stress_is_known`; NaN where it is of none.
+    They are those of the blocks of which `stress_is_known`; of all, where it is of none.
     """
-    known = stress_is_known(blocks, stage)
-    unknown = int((stage.present & ~known).sum())
-    if not known.any():
-        return np.nan, np.nan, unknown
-    sigma_1, sigma_3 = principal_stresses(stage.stress[known])
-    return float(sigma_1.min()), float(sigma_3.max()), unknown
+    known = stress_is_known(blocks, stage.present, stage.supports)
+    sigma_1, sigma_3 = principal_stresses(stage.stress[known if known.any() else stage.present])
+    return float(sigma_1.min()), float(sigma_3.max()), int((stage.present & ~known).sum())
 
 
 def principal_stresses(stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (sigma_1, sigma_3) [Pa]: the most and the least compressive principal stress, tension positive."""
     if stress.shape[1] > 2:
-        known = np.isfinite(stress).all(axis=(1, 2))
-        sigma = np.full((len(stress), 2), np.nan)
-        sigma[known] = np.linalg.eigvalsh(stress[known])[:, [0, -1]]
-        return sigma[:, 0], sigma[:, 1]
+        sigma = np.linalg.eigvalsh(stress).astype(np.float64)
+        return sigma[:, 0], sigma[:, -1]
     mean = (stress[:, 0, 0] + stress[:, 1, 1]) / 2
     radius = np.hypot((stress[:, 0, 0] - stress[:, 1, 1]) / 2, stress[:, 0, 1])
     return mean - radius, mean + radius

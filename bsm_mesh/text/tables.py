@@ -127,9 +127,8 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     """
     stage, blocks = stage or results.stages[-1], results.blocks
     unfinished = not results.finished and stage is results.stages[-1]
-    least, most, unknown = extreme_stresses(blocks, stage)
-    without = f" ({counted(unknown, 'block')} excluded: fixed, or slivers)" if unknown else ""
-    extremes = ["not available" if np.isnan(each) else engineering(each, "Pa") for each in (least, most)]
+    most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
+    without = f" ({counted(unknown, 'block')} excluded: supported, or slivers)" if unknown else ""
     rows = [
         ("verdict", results.status.value if unfinished else verdict_in_words(blocks, stage)),
         ("reason", stage.reason),
@@ -141,8 +140,8 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
         ("greatest displacement", _greatest_displacement(results, stage)),
-        ("most compressive stress (sigma_1)", extremes[0] + without),
-        ("most tensile stress (sigma_3)", extremes[1] + without),
+        ("most compressive stress (sigma_1)", engineering(most_compressive, "Pa") + without),
+        ("most tensile stress (sigma_3)", engineering(most_tensile, "Pa") + without),
         (f"weights and loads ({blocks.components})", vector(stage.total_load, blocks.force_unit)),
         *_water_rows(results, stage),
         (f"reactions ({blocks.components})", vector(stage.total_reaction, blocks.force_unit)),

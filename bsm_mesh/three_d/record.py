@@ -12,7 +12,6 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import SupportForces
-from bsm_mesh.results.stress import stress_is_open
 from bsm_mesh.solve.continuation.record import contact_columns, motion_outcome
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
@@ -113,7 +112,7 @@ def _support_forces(system: BlockSystem, position: FloatArray, size: FloatArray)
 
 
 def _stress(system: BlockSystem, motion: Motion, contacts: PointForces3D, supports: SupportForces) -> FloatArray:
-    """Return the mean stress of every block, (n, 3, 3) [Pa]: forces times their arms over the volume; NaN: unknown."""
+    """Return the mean stress of every block, (n, 3, 3) [Pa]: forces times their arms over the volume."""
     placed = system.placed(motion.position)
     total = np.zeros((len(placed), 3, 3))
     bolted = motion.bolts.on_blocks(motion.bolts_at)
@@ -128,5 +127,4 @@ def _stress(system: BlockSystem, motion: Motion, contacts: PointForces3D, suppor
         np.add.at(total, block, (point - placed[block])[:, :, None] * force[:, None, :])
     mean = (total + total.transpose(0, 2, 1)) / 2
     stress: FloatArray = mean / system.model.blocks.moments.bulk[:, None, None]
-    stress[stress_is_open(system.model.blocks, stress, system.bars, supports)] = np.nan
     return stress

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.bolt_forces import bolt_force_error
 from bsm_mesh.converters.continuum.comparability import corners_met, jointed_length, slipping_length
 from bsm_mesh.converters.continuum.comparison import Comparison
@@ -39,8 +39,8 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
     levels = [level[number] for level in references.halved if number < len(level)]
     finer = references.finer[number : number + 1] if errors else ()
     rigid = matched is nominal
-    strained = area * stress_is_known(model.blocks, stage)
-    ours, theirs = (np.where((strained > 0)[:, None, None], each.stress, 0.0) for each in (stage, nominal))
+    strained = area * _strained(model, stage)
+    counted = (strained > 0)[:, None, None]
     return Comparison(
         present=stage.present,
         stress=stage.stress,
@@ -49,7 +49,7 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
         matched=matched,
         stress_difference=stage.stress - nominal.stress,
         displacement_difference=stage.displacement - matched.displacement,
-        stress_errors=stress_errors(ours, theirs, strained),
+        stress_errors=stress_errors(stage.stress * counted, nominal.stress * counted, strained),
         displacement_errors=errors,
         force_error=None if forces is None else forces[0],
         worst_pair=None if forces is None else forces[1],
@@ -72,6 +72,11 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
         fem_seconds=nominal.seconds,
         notes=matched.notes,
     )
+
+
+def _strained(model: Model, stage: StageResult) -> BoolArray:
+    known = stress_is_known(model.blocks, stage.present, stage.supports)
+    return known if known.any() else stage.present
 
 
 def _displacement_errors(

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import bsm_mesh as bsm
-from bsm_mesh.model.supports import bars_of
 from tests.scenes.random_models import jointed_banks, piles
 
 FEW = settings(max_examples=20, derandomize=True, deadline=None)
@@ -18,8 +17,7 @@ FEW = settings(max_examples=20, derandomize=True, deadline=None)
 def test_a_pile_ends_in_a_verdict(model):
     results = bsm.run(model, bsm.Options(scheme="continuation"))
     stage = results.stages[-1]
-    fixed = bars_of(model.supports, model.blocks).leave_stress_open(model.blocks)
-    for values in (stage.displacement, stage.reactions, stage.contacts.force, stage.stress[~fixed], stage.residual):
+    for values in (stage.displacement, stage.reactions, stage.contacts.force, stage.stress, stage.residual):
         assert np.isfinite(values).all()
     assert results.status != "not_converged", stage.reason
     if results.status == "stable":

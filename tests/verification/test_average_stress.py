@@ -40,7 +40,7 @@ def test_loads_and_supports_count_as_contacts_do():
     model = bsm.Model(
         blocks=blocks,
         rocks=[bsm.Rock("r", unit_weight=0)],
-        supports=[bsm.NormalRoller(boundary="bottom"), bsm.Roller(point=(1, 0), direction=0)],
+        supports=[bsm.Fixed(boundary="bottom")],
         loads=[bsm.Pressure(boundary="top", pressure=7e5)],
     )
     stage = bsm.run(model, LINEAR).stages[-1]

@@ -94,7 +94,6 @@ def _outcome(
             supports,
         ),
         system.water.point_forces(corners),
-        bars,
     )
     return motion_outcome(
         motion,

@@ -255,7 +255,6 @@ def _outcome(
         contacts,
         (concatenate([point_forces_of(model.acting_loads, blocks), system.bolts.on_blocks(solution.bolts)]), supports),
         water.point_forces(blocks.vertices),
-        bars,
     )
     U = solution.displacement
     stage = StageResult.of_submodel(
