@@ -55,6 +55,13 @@ def test_stages_loads_bolts_and_water_are_those_of_the_plane(name):
     assert "All verdicts are equal in 1 of 1 models" in table([{"name": name, **found}])
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize(("part", "status"), [(1.05, "unstable"), (0.95, "stable")])
+def test_columns_topple_in_a_slice_beyond_the_known_factor_and_only_there(part, status):
+    model = models()[f"toppling, Goodman & Bray, friction 42; {part:g} of the known factor"]()
+    assert bsm.run(extruded(model), bsm.Options(threads=1)).status == status
+
+
 def test_walls_keep_a_slice_from_moving_across():
     plane = model_of(WALL, friction=40, kn=1e9, gamma=26e3, fixed=[0]).replace(gravity_direction=-100.0)
     space = extruded(plane, walls=True)
