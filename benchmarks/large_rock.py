@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import replace
 
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.pages import add_into, tell
-from examples.numbers.pages import markdown
+from benchmarks.pages import table_command
 from tests.scenes import meeting_zones as meeting
 from tests.scenes.plastic_zones import Hole, footing, in_large_displacement, strut
 
@@ -74,14 +72,5 @@ def _in_water() -> list[tuple[str, ...]]:
     return lines
 
 
-def main() -> int:
-    """Solve the cases, and print the table or put it into a page."""
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    add_into(parser, COMMAND)
-    given = parser.parse_args()
-    tell(markdown(HEADER, rows()), COMMAND, given.into)
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(table_command(COMMAND, __doc__, HEADER, rows))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import platform
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bsm_mesh.files import write_text
-from examples.numbers.pages import parted, with_between
+from examples.numbers.pages import markdown, parted, with_between
 
 
 def marks(maker: str) -> tuple[str, str]:
@@ -34,6 +35,17 @@ def tell(text: str, maker: str, page: Path | None) -> None:
         print(text)
     else:
         write_text(page, with_between(page.read_text(encoding="utf-8"), marks(maker), text))
+
+
+def table_command(
+    maker: str, about: str | None, header: Sequence[str], rows: Callable[[], list[tuple[str, ...]]]
+) -> int:
+    """Solve the cases of a command, and print the table of its rows or put it into a page; return the exit code."""
+    parser = argparse.ArgumentParser(prog=maker, description=about)
+    add_into(parser, maker)
+    given = parser.parse_args()
+    tell(markdown(header, rows()), maker, given.into)
+    return 0
 
 
 def titled(said: str, parts: list[tuple[str, str]]) -> str:

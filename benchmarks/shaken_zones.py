@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.pages import add_into, tell
-from examples.numbers.pages import markdown
+from benchmarks.pages import table_command
 from tests.scenes import shaken_zones as scenes
 from tests.scenes.quiet import velocities
 
@@ -58,14 +56,5 @@ def _upper(model: bsm.Model) -> float:
     return 1e3 * float(bsm.run(model).stages[-1].stage_displacement[-1, 0])
 
 
-def main() -> int:
-    """Solve the cases, and print the table or put it into a page."""
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    add_into(parser, COMMAND)
-    given = parser.parse_args()
-    tell(markdown(HEADER, rows()), COMMAND, given.into)
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(table_command(COMMAND, __doc__, HEADER, rows))

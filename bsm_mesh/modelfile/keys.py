@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic.fields import FieldInfo
-
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.modelfile.mesh_tables import Table
@@ -50,7 +48,7 @@ def put(content: dict[str, Any], key: str, value: object, root: type[Table]) -> 
         schema = _type_of(schema, place, part, way, key)
         bare = _bare(schema)
         if last and _is_table(bare):
-            raise ModelError(f"'{key}' is a table; add one of its keys{nearest(part, _keys(bare))}")
+            raise ModelError(f"'{key}' is a table; add one of its keys{nearest(part, bare.by_key())}")
         if last:
             place[name] = value
         elif isinstance(place, dict):
@@ -66,7 +64,7 @@ def _type_of(schema: Any, place: Any, part: str, way: str, key: str) -> Any:
         return Annotated[float, each.quantity]
     schema = _bare(schema)
     if _is_table(schema):
-        fields = _keys(schema)
+        fields = schema.by_key()
         if part not in fields:
             raise ModelError(f"'{key}': {way} has no key '{part}'{nearest(part, fields)}")
         field = fields[part]
@@ -96,11 +94,6 @@ def entry_number(part: str, place: list[Any]) -> int | None:
     if named:
         return named[0]
     return int(part) - 1 if part.isdecimal() and 1 <= int(part) <= len(place) else None
-
-
-def _keys(table: type[Table]) -> dict[str, FieldInfo]:
-    """Return the fields of a table by their keys; one whose key is a word of Python's has another name."""
-    return {field.alias or name: field for name, field in table.model_fields.items()}
 
 
 def _is_table(schema: Any) -> bool:

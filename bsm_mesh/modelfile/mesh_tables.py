@@ -6,6 +6,7 @@ import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
+from pydantic.fields import FieldInfo
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
@@ -35,6 +36,11 @@ class Table(BaseModel):
     """A table of the file; a key that it does not know is an error."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @classmethod
+    def by_key(cls) -> dict[str, FieldInfo]:
+        """Return the fields by their keys; one whose key is a word of Python's has another name."""
+        return {field.alias or name: field for name, field in cls.model_fields.items()}
 
 
 class MeshTable(Table):

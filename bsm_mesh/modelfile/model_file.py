@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args
 
-from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
+from pydantic import ValidationError
 
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.quantity import Quantity
@@ -202,7 +201,7 @@ def _path_of(fault: Any, root: type[Table]) -> list[int | str]:
 
 def _path(loc: tuple[int | str, ...], root: type[Table]) -> Iterator[int | str]:
     """Return the keys of pydantic's location, without its names for the members of a union."""
-    table: type[BaseModel] | None = root
+    table: type[Table] | None = root
     free = False  # the next part is a user's own name or a number
     for part in loc:
         if free or isinstance(part, int):
@@ -210,8 +209,8 @@ def _path(loc: tuple[int | str, ...], root: type[Table]) -> Iterator[int | str]:
             yield part
         elif table is not None and (part == table.__name__ or MEMBER.match(part)):
             continue
-        elif table is not None and part in _fields(table):
-            annotation = _fields(table)[part].annotation
+        elif table is not None and part in table.by_key():
+            annotation = table.by_key()[part].annotation
             table, free = _table_in(annotation), "dict[" in str(annotation)
             yield part
         elif table is not None:
@@ -226,19 +225,14 @@ def _table_in(annotation: Any) -> type[Table] | None:
     return next((table for table in found if table is not None), None)
 
 
-def _fields(table: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return the fields of a table by their keys; one whose key is a word of Python's has another name."""
-    return {field.alias or name: field for name, field in table.model_fields.items()}
-
-
 def _where_it_belongs(path: list[int | str], root: type[Table]) -> str:
     """Return the tables within a table that have an unknown key, else the known keys."""
     table, key = _table_at(path[:-1], root), str(path[-1])
     if table is None:
         return nearest(key, [])
-    fields = _fields(table)
+    fields = table.by_key()
     inner = {name: _table_in(field.annotation) for name, field in fields.items() if _is_one_table(field.annotation)}
-    homes = [f"{name} = {{ {key} = ... }}" for name, kind in inner.items() if kind is not None and key in _fields(kind)]
+    homes = [f"{name} = {{ {key} = ... }}" for name, kind in inner.items() if kind is not None and key in kind.by_key()]
     return f"; it belongs in {' or '.join(homes)}" if homes else nearest(key, fields, most=MAX_KEYS)
 
 
@@ -253,7 +247,7 @@ def _table_at(path: list[int | str], root: type[Table]) -> type[Table] | None:
         if free or isinstance(part, int) or table is None:
             free = False
         else:
-            annotation = _fields(table)[str(part)].annotation
+            annotation = table.by_key()[str(part)].annotation
             table, free = _table_in(annotation), "dict[" in str(annotation)
     return table
 
@@ -262,7 +256,7 @@ def _place(path: list[int | str], root: type[Table]) -> str:
     """Return ``[rock.gneiss] young`` or ``[[support]] number 2, fix``."""
     if not path:
         return "top level"
-    field = _fields(root).get(str(path[0]))
+    field = root.by_key().get(str(path[0]))
     if field is not None and len(path) > 1 and isinstance(path[1], int):
         rest = ".".join(str(part) for part in path[2:])
         return f"[[{path[0]}]] number {path[1] + 1}" + (f", {rest}" if rest else "")

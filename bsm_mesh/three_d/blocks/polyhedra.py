@@ -306,23 +306,3 @@ class Polyhedra(Portable):
     def block_faces(self, block: int) -> IntArray:
         """Return the faces of the surface of one block; those between its own cells are not among them."""
         return np.flatnonzero((self.face_blocks == block).sum(axis=1) == 1).astype(np.int32)
-
-    def contains(self, block: int, points: FloatArray) -> BoolArray:
-        """Return which points (k, 3) [m] lie in a block or on its surface, (k,): in one of its convex cells.
-
-        Raises
-        ------
-        ModelError
-            If there is no such block.
-        """
-        if not 0 <= block < self.count:
-            raise ModelError(f"there is no block {block}; blocks are numbered 0 to {self.count - 1}")
-        inside = np.zeros(len(points), dtype=bool)
-        for cell in np.flatnonzero(self.cell_block == block):
-            within = np.ones(len(points), dtype=bool)
-            for face, side in np.argwhere(self.face_cells == cell):
-                corners = self.polygon(face)
-                area = vector_areas(corners, np.array([0, len(corners)]))[0] * (1.0, -1.0)[side]
-                within &= (points - corners[0]) @ area <= MERGE_TOLERANCE * self.span * np.linalg.norm(area)
-            inside |= within
-        return inside

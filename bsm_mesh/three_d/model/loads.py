@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.errors import ModelError, listing, place
 from bsm_mesh.model.loads import PointForces, PointLoad, Pressure
+from bsm_mesh.three_d.blocks.cell_sides import polyhedra_at
 from bsm_mesh.three_d.blocks.polygons import polygon_moments
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
@@ -41,7 +42,9 @@ def _at_point(load: PointLoad, blocks: Polyhedra) -> PointForces:
     point, force = np.array([load.point]), np.array([load.force])
     if len(load.point) != 3:
         raise ModelError(f"point load on block {load.block}: in space point and force are three numbers each")
-    if not blocks.contains(load.block, point)[0]:
+    if not 0 <= load.block < blocks.count:
+        raise ModelError(f"there is no block {load.block}; blocks are numbered 0 to {blocks.count - 1}")
+    if load.block not in polyhedra_at(blocks, point[0]):
         centre = blocks.moments.centroid[load.block]
         raise ModelError(f"the point {place(point[0])} is not in block {load.block}, whose centroid is {place(centre)}")
     return PointForces(block=np.array([load.block], dtype=np.int32), point=point, force=force)
