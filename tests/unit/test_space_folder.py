@@ -87,7 +87,7 @@ def test_numpy_alone_checks_the_certificate(folder):
         ("contact_shear", lambda a: 1.01 * a, "has another shear force than its components"),
         ("contact_point", lambda a: a + 0.01, "does not lie on its face"),
         ("contact_normal", lambda a: a[:, ::-1], "has another normal than its face"),
-        ("contact_length", lambda a: 1.01 * a, "is with the others for more than its face"),
+        ("contact_length", lambda a: 1.01 * a, "represents more than its face"),
         ("contact_opening", lambda a: a + 1e-4, "has another opening than its blocks have"),
         ("contact_block_a", lambda a: a[::-1] * 0 + 1, "is between no two blocks that have its faces"),
         ("contact_utilisation", lambda a: 1.01 * a, "has another strength than is said"),

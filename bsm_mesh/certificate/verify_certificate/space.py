@@ -13,7 +13,8 @@ from .strength import own_laws, strength_faults
 
 SIDES = ((0, 1.0), (1, -1.0))  # of a face, and whether its corners run counter-clockwise seen from outside
 PARALLEL = 0.05  # sine: faces nearer to parallel touch flat, and have one normal
-TILTED = 0.1  # rad: by how much a normal may lie outside those of two faces that tilt
+FACING = np.cos(np.radians(45) + 0.1)  # of faces that tilt: a normal of theirs with their mean, since they were found
+CORNER = 0.05  # of the smaller block's size squared: area of a corner or an edge of faces that tilt
 MORE = 1e-6  # by how much the points of a face may represent more than its area
 
 
@@ -148,8 +149,11 @@ def place_faults(a: Arrays) -> list[str]:
     across = turned(a["face_normal"][face], position[other, 3:])
     across *= np.where(np.einsum("ij,ij->i", across, normal) < 0, -1.0, 1.0)[:, None]
     against = turned(a["face_normal"][own], position[one, 3:])
-    tilt = np.linalg.norm(np.cross(across, against), axis=1)
+    flat = np.linalg.norm(np.cross(across, against), axis=1) < PARALLEL
+    against *= np.where(np.einsum("ij,ij->i", against, across) < 0, -1.0, 1.0)[:, None]
+    mean = (across + against) / np.linalg.norm(across + against, axis=1)[:, None]
     off = np.linalg.norm(normal - across, axis=1)
+    away = np.where(flat, off > AGREES, np.einsum("ij,ij->i", normal, mean) < FACING)
     corner = a["vertices"][a["face_vertices"]]
     owner = np.repeat(np.arange(len(a["face_area"])), np.diff(a["face_offsets"]))
     reach = np.zeros(len(a["face_area"]))
@@ -157,8 +161,10 @@ def place_faults(a: Arrays) -> list[str]:
     on_b = a["at"][other] + turned(middle - a["centroid"][other], position[other, 3:])
     gap = np.einsum("ij,ij->i", point - on_b, normal)
     shear = a["contact_shear"]
-    least = AGREES * np.linalg.norm(shear, axis=1)
-    used = summed(face, a["contact_length"], len(reach))
+    least = AGREES * np.linalg.norm(shear, axis=1) + ROUNDING * np.abs(a["contact_normal_force"])
+    length, side = a["contact_length"], np.cbrt(np.minimum(a["volume"][one], a["volume"][other]))
+    used = summed(face, np.where(flat, length, 0.0), len(reach))
+    most = np.where(flat, used[face], length), np.maximum(a["face_area"][face], np.where(flat, 0.0, CORNER * side**2))
     tests = (
         (one == other)
         | ~(a["face_blocks"][face] == other[:, None]).any(axis=1)
@@ -166,11 +172,11 @@ def place_faults(a: Arrays) -> list[str]:
         | ~(a["present"][one] & a["present"][other]),
         np.linalg.norm(given - own_middle, axis=1) > reach[own] + near,
         np.abs(np.einsum("ij,ij->i", given - own_middle, a["face_normal"][own])) > near,
-        off > np.where(tilt < PARALLEL, AGREES, tilt + TILTED),
-        (np.abs(gap - a["contact_opening"]) > near) & (tilt < PARALLEL),
+        away,
+        (np.abs(gap - a["contact_opening"]) > near) & flat,
         np.abs(np.linalg.norm(shear, axis=1) - np.abs(a["contact_shear_force"])) > least,
         np.abs(np.einsum("ij,ij->i", shear, normal)) > least,
-        (used > (1 + MORE) * a["face_area"])[face],
+        most[0] > (1 + MORE) * most[1],
     )
     said = (
         "is between no two blocks that have its faces",
@@ -180,7 +186,7 @@ def place_faults(a: Arrays) -> list[str]:
         "has another opening than its blocks have",
         "has another shear force than its components",
         "has a shear force across its face",
-        "is with the others for more than its face",
+        "represents more than its face with the others there",
     )
     return [f"contact {int(bad.argmax())} {text}" for bad, text in zip(tests, said, strict=True) if bad.any()]
 
