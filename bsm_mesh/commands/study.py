@@ -25,7 +25,7 @@ from bsm_mesh.pictures.study_pictures import draw_study
 from bsm_mesh.studies.scatter import scatter_joint
 from bsm_mesh.studies.scheduler import Processes, Scheduler
 from bsm_mesh.studies.statistics import MOVEMENT_LIMIT, summary_of
-from bsm_mesh.studies.table import StudyTable, make_table
+from bsm_mesh.studies.table import UNITS, StudyTable, make_table
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.study_tables import print_study, study_rows
 from bsm_mesh.text.terminal import say, say_json
@@ -109,7 +109,7 @@ def run_study(
             )
             raise
         report("table and pictures")
-        metadata = {**identity, "study_file": study.text, "title": study.title}
+        metadata = {**identity, "study_file": study.text, "title": study.title, UNITS: json.dumps(study.units)}
         if study.file.movement_limit is not None:
             metadata[MOVEMENT_LIMIT] = repr(study.file.movement_limit)
         has_factor = "factor_of_safety" in study.file.answers

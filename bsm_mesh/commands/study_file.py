@@ -127,6 +127,11 @@ class Study:
         return self.file.title or self.variation.file.title or self.path.name
 
     @property
+    def units(self) -> dict[str, str]:
+        """The units of the keys that vary, empty where a key has none."""
+        return {key: self.variation.unit(key) for key in self.plan.values}
+
+    @property
     def is_drawn(self) -> bool:
         """Whether the runs are a sample of chance."""
         return self.file.sampling in ("monte_carlo", "latin_hypercube")

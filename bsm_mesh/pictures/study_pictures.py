@@ -93,14 +93,14 @@ def _panels(figure: Any, table: StudyTable) -> Iterator[tuple[str, Any]]:
     for number, key in enumerate(keys):
         axes = figure.add_subplot(rows, columns, number + 1)
         yield key, axes
-        axes.set_xlabel(key, fontsize=9, parse_math=False)
+        axes.set_xlabel(", ".join(filter(None, (key, table.unit(key)))), fontsize=9, parse_math=False)
         axes.tick_params(labelsize=8)
 
 
 def _draw_values(figure: Any, table: StudyTable, answer: str) -> None:
-    """Draw the answer over the values of every key, a point a run; runs that fail have a cross at the top edge.
+    """Draw the answer over the values of every key, a point a run; runs without a value are above the frame.
 
-    Lines join the runs in which all other keys are the same.
+    Of verdicts alone all are, inside it. Lines join the runs in which all other keys are the same.
     """
     answers = answers_of(table)
     shown = answer if answer != "failure" or "max_displacement" not in answers else "max_displacement"
@@ -119,13 +119,17 @@ def _draw_values(figure: Any, table: StudyTable, answer: str) -> None:
         for same in dict.fromkeys(others):
             runs = [run for run in np.argsort(given, kind="stable") if others[run] == same]
             axes.plot(given[runs], values[runs], "-", color="grey", linewidth=0.8, alpha=0.6)
-        top = axes.get_xaxis_transform()
+        top, height = axes.get_xaxis_transform(), 0.97 if shown == "failure" else 1.04
         for chosen, mark, colour, told in marks:
             known, unknown = chosen & np.isfinite(values), chosen & ~np.isfinite(values)
             axes.plot(given[known], values[known], mark, color=colour, ms=5)
-            axes.plot(given[unknown], np.full(int(unknown.sum()), 0.97), mark, color=colour, ms=6, transform=top)
+            if unknown.any():  # an empty line that is not clipped has a place in the layout
+                at_top = np.full(int(unknown.sum()), height)
+                axes.plot(given[unknown], at_top, mark, color=colour, ms=6, transform=top, clip_on=False)
             if number_of_them := int(chosen.sum()):
-                axes.plot([], [], mark, color=colour, label=f"{told}: {number_of_them}")
+                without = f" ({unknown.sum()} above the frame: no value)" if unknown.any() else ""
+                label = f"{told}: {number_of_them}{'' if shown == 'failure' else without}"
+                axes.plot([], [], mark, color=colour, label=label)
         axes.margins(y=0.15)
         if shown == "failure":
             axes.set_yticks([])

@@ -118,7 +118,7 @@ def make_plan(
     if not sources or (all(isinstance(source, Seeds) for source in sources.values()) and method not in DRAWN):
         raise ModelError("[vary] needs a key whose values are listed; a study of seeds alone is 'monte_carlo'")
     if method in DRAWN:
-        values = _drawn(sources, method, _number(runs, method), seed, correlations)
+        values = _drawn(sources, method, _number(runs, method, sources), seed, correlations)
     else:
         raise_faults(_not_for_lists(sources, method, runs, correlations))
         listed = {key: source.values for key, source in sources.items() if isinstance(source, Values)}
@@ -132,9 +132,11 @@ def make_plan(
     return Plan(values={key: seeds[key] if key in seeds else values[key] for key in sources})
 
 
-def _number(runs: int | None, method: str) -> int:
+def _number(runs: int | None, method: str, sources: Mapping[str, Source]) -> int:
     if runs is None or not 1 <= runs <= MOST_RUNS:
-        raise ModelError(f"sampling = '{method}' needs the key 'runs', 1 to {MOST_RUNS}")
+        are_listed = all(isinstance(source, Values) for source in sources.values())
+        other = "; every combination of the values: sampling = 'grid'" if are_listed else ""
+        raise ModelError(f"sampling = '{method}' needs the key 'runs', 1 to {MOST_RUNS}{other}")
     return runs
 
 

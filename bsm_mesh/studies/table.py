@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from bsm_mesh.files import whole_file
 from bsm_mesh.studies.sampling import Plan
 
 Kind = Literal["string", "int64", "float64"]
+UNITS = "units"  # in a table's metadata: the units of its keys, as JSON
 FAILED = "failed"  # status of a run that came to no verdict for a fault
 ANSWERS: dict[str, Kind] = {
     "status": "string",
@@ -64,6 +66,11 @@ class StudyTable:
     def numbers(self, name: str) -> FloatArray:
         """Return a column of numbers, (n,); NaN where there is none."""
         return np.array([np.nan if value is None else value for value in self.columns[name]], dtype=np.float64)
+
+    def unit(self, key: str) -> str:
+        """Return the unit of a key's numbers; empty where it has none."""
+        units: dict[str, str] = json.loads(self.metadata.get(UNITS, "{}"))
+        return units.get(key, "")
 
     def is_number(self, name: str) -> bool:
         """Return whether a column holds numbers."""

@@ -31,8 +31,13 @@ def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
 
 def study_rows(summary: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...], Rows]]:
     """Return the tables of a study's summary: title, header and rows of each."""
+    without = [
+        (f"runs without a {NAMES['factor']}", str(summary["failure"]["runs"] - told["runs"]))
+        for told in summary["answers"]
+        if told["answer"] == "factor" and told["runs"] < summary["failure"]["runs"]
+    ]
     tables: list[tuple[str, tuple[str, ...], Rows]] = [
-        (summary["title"], ("", ""), [*_failure_rows(summary["failure"])]),
+        (summary["title"], ("", ""), [*_failure_rows(summary["failure"]), *without]),
     ]
     answers: Rows = [
         (

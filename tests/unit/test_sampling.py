@@ -157,6 +157,7 @@ def test_values_that_are_drawn_are_equally_likely() -> None:
     ("sources", "method", "runs", "says"),
     [
         ({"a": NORMAL}, "monte_carlo", None, "needs the key 'runs'"),
+        ({"a": Values((1, 2))}, "monte_carlo", None, "every combination of the values: sampling = 'grid'"),
         ({"a": NORMAL}, "grid", None, "not a distribution"),
         ({"a": Values((1, 2))}, "grid", 5, "has as many runs as its values say"),
         ({"a": Values((1, 2)), "b": Values((1,))}, "list", None, "as many values of every key"),

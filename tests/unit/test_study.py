@@ -103,6 +103,7 @@ def test_two_processes_give_the_same(study: Case, whole: dict[str, list[Any]]) -
     table = StudyTable.read(Path("out/study/study.parquet"))
     assert table.metadata["study_file"] == STUDY
     assert table.metadata["version"] == bsm.__version__
+    assert [table.unit(key) for key in ("joint.J1.friction", "gravity.direction")] == ["degrees", "degrees"]
     assert table.metadata["model"] == bsm.load("model.toml").digest
 
 

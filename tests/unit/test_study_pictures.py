@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -10,7 +12,9 @@ import numpy as np
 import bsm_mesh as bsm
 from bsm_mesh.pictures.figures import paper
 from bsm_mesh.pictures.study_pictures import _draw_values, draw_study
-from bsm_mesh.studies.table import StudyTable
+from bsm_mesh.studies.statistics import summary_of
+from bsm_mesh.studies.table import UNITS, StudyTable
+from bsm_mesh.text.study_tables import study_rows
 from tests.scenes.shapes import grid
 from tests.unit.test_study_statistics import table_of
 
@@ -32,14 +36,37 @@ def test_a_grid_has_the_answer_over_the_values(tmp_path: Path) -> None:
     assert names == {"model", "histogram", "scatter"}
 
 
-def test_failing_runs_of_a_grid_are_crosses_at_the_top() -> None:
+def test_failing_runs_of_a_grid_are_crosses_above_the_frame() -> None:
     figure = paper((10, 5))
     _draw_values(figure, tilted(), "failure")
     assert [axes.get_xlabel() for axes in figure.axes] == ["friction", "tilt"]
     of = {line.get_label(): line for line in figure.axes[0].lines}
-    assert {"stable: 3", "unstable, or moved too far: 2", "without verdict: 1"} <= set(of)
+    without = "above the frame: no value"
+    told = {f"unstable, or moved too far: 2 (2 {without})", f"without verdict: 1 (1 {without})"}
+    assert {"stable: 3", *told} <= set(of)
     crosses = next(line for line in figure.axes[0].lines if line.get_marker() == "x" and len(line.get_xdata()))
     np.testing.assert_array_equal(crosses.get_xdata(), [20.0, 20.0])
-    assert min(crosses.get_ydata()) > 0.9  # of the height of the axes
+    assert min(crosses.get_ydata()) > 1.0  # of the height of the axes: unstable runs have no displacement
     joined = [line for line in figure.axes[0].lines if line.get_linestyle() == "-"]
     assert [list(line.get_xdata()) for line in joined] == [[20.0, 30.0, 40.0]] * 2  # a line a tilt
+
+
+def test_a_run_without_a_factor_of_safety_is_above_the_frame_and_counted() -> None:
+    answers = [{"status": "unstable"}, {"status": "stable", "factor": 1.4}, {"status": "stable", "factor": 1.6}]
+    table = table_of(answers, factor=True, friction=[24.0, 30.0, 36.0])
+    figure = paper((10, 5))
+    _draw_values(figure, table, "factor")
+    of = {str(line.get_label()): line for line in figure.axes[0].lines}
+    assert "unstable, or moved too far: 1 (1 above the frame: no value)" in of
+    cross = next(line for line in figure.axes[0].lines if line.get_marker() == "x" and len(line.get_xdata()))
+    assert min(cross.get_ydata()) > 1.0  # of the height of the axes: it has no place on the axis of factors
+    assert not cross.get_clip_on()
+    rows = dict(row for row in study_rows({"title": "", **summary_of(table, drawn=False)})[0][2] if len(row) == 2)
+    assert rows["runs without a factor of safety"] == "1"
+
+
+def test_axes_of_keys_have_units() -> None:
+    units = {UNITS: json.dumps({"friction": "degrees", "tilt": ""})}
+    figure = paper((10, 5))
+    _draw_values(figure, replace(tilted(), metadata=units), "failure")
+    assert [axes.get_xlabel() for axes in figure.axes] == ["friction, degrees", "tilt"]
