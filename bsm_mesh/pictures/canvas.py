@@ -252,8 +252,8 @@ def add_joints(sheet: Sheet, factor: float = 0.0, *, sets: bool = False) -> None
 
 
 def gone(scene: Scene) -> Any:
-    """Return which faces are of unstable blocks, (k,) bool."""
-    return scene.down[scene.face_pairs].any(axis=1)
+    """Return which faces are of unstable blocks, or of blocks too small to count that moved far, (k,) bool."""
+    return (scene.down | scene.strays)[scene.face_pairs].any(axis=1)
 
 
 def middle(scene: Scene, blocks: IntArray, factor: float = 0.0) -> FloatArray:

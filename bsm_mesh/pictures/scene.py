@@ -9,8 +9,9 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.faces import find_faces
+from bsm_mesh.movements import distances
 from bsm_mesh.results.joint_faces import JointFaces, joint_faces
-from bsm_mesh.results.movement import displacement_of, moved_far
+from bsm_mesh.results.movement import FAR, displacement_of, moved_far
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import stress_is_known
@@ -65,9 +66,16 @@ class Scene:
     @cached_property
     def apart(self) -> BoolArray:
         """Which blocks have gone: they fall, or reached rest far off. They are in no scale of colours, (n,)."""
-        apart = self.down.copy()
+        apart = self.down | self.strays
         apart[moved_far(self.results.blocks, self.stage)] = True
         return apart
+
+    @cached_property
+    def strays(self) -> BoolArray:
+        """Which blocks too small to count (``falls.ignore_below``) have moved far, in this stage or before, (n,)."""
+        blocks, stage = self.results.blocks, self.stage
+        far: BoolArray = distances(stage.displacement) > FAR * blocks.moments.size
+        return far & stage.present & ~stage.counts
 
     @cached_property
     def stressed(self) -> BoolArray:

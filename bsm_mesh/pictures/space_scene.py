@@ -131,10 +131,7 @@ class SpaceScene(Scene):
     @property
     def face_pairs(self) -> IntArray:
         """The two blocks of every contact polygon, (k, 2)."""
-        blocks = self.results.blocks
-        assert in_space(blocks)
-        polygons, rows = blocks.contact_polygons, self.faces.polygon
-        return np.column_stack([polygons.block_a[rows], polygons.block_b[rows]])
+        return np.column_stack([self.faces.block_a, self.faces.block_b])
 
     @property
     def greatest_movement(self) -> float:

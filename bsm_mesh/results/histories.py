@@ -192,7 +192,7 @@ def _of_block(stage: StageResult, block: int) -> list[float]:
 
 def _of_joint(results: Results, stage: StageResult, joint: int) -> list[float]:
     """Return mean slip and opening [m], share of the length or area at strength, and open, of a joint."""
-    found = joint_set("", faces_of_joints(results, stage), joint)
+    found = joint_set("", faces_of_joints(results, stage), joint, stage.counts)
     return [np.nan] * 4 if found is None else [found.slip, found.opening, found.slipping, found.open]
 
 

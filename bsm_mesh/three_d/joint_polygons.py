@@ -25,6 +25,8 @@ class JointPolygons:
     ----------
     polygon : (k,) int64
         Row of ``blocks.contact_polygons``.
+    block_a, block_b : (k,) int32
+        Its blocks.
     joint : (k,) int32
         Number of the joint in ``Results.joint_names``; -1 for unjointed rock.
     length : (k,) float64 [m2]
@@ -44,6 +46,8 @@ class JointPolygons:
     """
 
     polygon: IntArray
+    block_a: IntArray
+    block_b: IntArray
     joint: IntArray
     length: FloatArray
     force: FloatArray
@@ -90,6 +94,8 @@ def joint_polygons(results: Results, stage: StageResult) -> JointPolygons:
     there = np.flatnonzero(stage.present[polygons.block_a] & stage.present[polygons.block_b])
     return JointPolygons(
         polygon=there,
+        block_a=polygons.block_a[there],
+        block_b=polygons.block_b[there],
         joint=_joints(results)[there],
         length=area[there],
         force=force[there],

@@ -8,6 +8,8 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.commands.cli import main
 from bsm_mesh.folder.verify import grounds_in, print_grounds
+from bsm_mesh.pictures.scene import Scene
+from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.text.tables import fall_rows
 from tests.scenes.models import model_of
@@ -136,6 +138,10 @@ def test_a_chip_that_slides_to_a_stop_is_in_a_note_and_in_no_headline(tmp_path):
     assert stage.max_displacement == pytest.approx(moved[1])
     assert moved[1] < 1e-3
     assert "1 block too small to count (falls.ignore_below) moved by up to 0.1 m: block 3" in stage.notes
+    by_name = {one.name: one for one in joint_sets(results, stage)}
+    assert by_name["slippery"].greatest_slip == 0  # no face but the chip's
+    assert by_name["slippery"].slip > 0.01  # its mean has it
+    assert list(Scene(results=results, number=0, title="").strays) == [False, False, False, True]
     again = bsm.Results.load(results.save(tmp_path / "out"))
     assert again.stages[0].max_displacement == stage.max_displacement
     assert stage.steps[-1].max_displacement == pytest.approx(stage.max_displacement)  # of the progress lines
