@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.model.parts import some_polyhedra
     from bsm_mesh.three_d.model.supports import bars_in_space
     from bsm_mesh.three_d.proof import proof_in_space
+    from bsm_mesh.three_d.step.block_system import BlockSystem
 
 __all__ = [
+    "BlockSystem",
     "PointHistory",
     "PolygonPoints",
     "Space",
@@ -48,6 +50,7 @@ __all__ = [
 ]
 
 HOMES = {
+    "BlockSystem": "bsm_mesh.three_d.step.block_system",
     "SpaceLimit": "bsm_mesh.three_d.limit.of_model",
     "PointHistory": "bsm_mesh.three_d.contacts.history",
     "PolygonPoints": "bsm_mesh.three_d.contacts.history",

@@ -148,6 +148,7 @@ def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
     else:
         with placed(loaded.path.name):
             space.refuse_unready(loaded.model, solver_faults(loaded.options), loaded.options.scheme)
+            space.BlockSystem(loaded.model)  # refuses contacts, bolts and supports as the run does
     report = space_summary(loaded.model)
     if as_json:
         say_json({**report, "notes": notes})

@@ -96,8 +96,10 @@ def test_check_reports_on_blocks_and_refuses_what_run_refuses(case: Case) -> Non
     case.refuses("run", "free.toml", says=["no support holds it"])
     assert "for bsm-mesh key-blocks only" in case.run("check", "free.toml").out
     case.write("linear.toml", SLOPE.replace("[solver]", '[solver]\nscheme = "linear"'))
+    case.write("rigid.toml", SLOPE.replace('default_joint = "J1"', ""))
     for command in ("check", "run"):
         case.refuses(command, "linear.toml", says=["scheme"])
+        case.refuses(command, "rigid.toml", says=["meet without a joint", "give the rock young and poisson"])
 
 
 @pytest.mark.heavy
