@@ -13,6 +13,7 @@ from bsm_mesh import space
 from bsm_mesh.errors import counted
 from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faces import count_faces
+from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.flow import Flow, FlowChange
 from bsm_mesh.model.joint_laws import MohrCoulomb
 from bsm_mesh.model.kinds import in_space
@@ -60,6 +61,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_strength(rocks, joints),
         *of_idle_rocks(model, rocks),
         *of_unusual(model, rocks, joints),
+        *of_faint_strength(model, rocks, joints),
         *_of_ground(model),
         *_of_field_and_weights(model),
         *_of_levels(model),

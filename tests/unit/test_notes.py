@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import bsm_mesh as bsm
@@ -34,6 +35,19 @@ def test_an_ordinary_model_has_none() -> None:
     assert notes_of(PLAIN) == []
 
 
+def test_strength_is_small_beside_the_weight_of_blocks() -> None:
+    """Of blocks of 2 cm, which weigh 10 N/m, and of weightless ones 50 Pa is not small."""
+    law = bsm.MohrCoulomb(friction=30, cohesion=50.0, residual_cohesion=0)
+    small = bsm.Blocks.from_polygons([0.02 * np.array(one) for one in grid(20, 10)], rock="rock")
+    model = PLAIN.replace(blocks=framed(small, 0.4, 0.2), joints=[joint(law=law)])
+    assert not any("cohesion" in note for note in notes_of(model))
+    rock = bsm.Rock("rock", unit_weight=26e3, friction=30, tensile_strength=2.0)
+    assert any(
+        "rock 'rock': tensile_strength = 2 Pa carries less" in note for note in notes_of(PLAIN.replace(rocks=[rock]))
+    )
+    assert not any("cohesion =" in note for note in notes_of(model.replace(rocks=[bsm.Rock("rock", unit_weight=0)])))
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -52,6 +66,20 @@ def test_an_ordinary_model_has_none() -> None:
         (
             {"rocks": [bsm.Rock("rock", unit_weight=25e3, friction=0.7)], "joints": [], "default_joint": None},
             "rock 'rock': friction = 0.7 degrees is less than that of any rock or clay",
+        ),
+        (
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=50.0, residual_cohesion=0))]},
+            "joint 'J': cohesion = 50 Pa carries less than 1 % of a block's weight on a side of the block; a number "
+            'without its unit is in Pa: write "50 kPa" for kPa',
+        ),
+        (
+            {
+                "bolts": [
+                    bsm.Bolt(start=(0.5, 2), end=(0.5, 0.5), diameter=0.025, yield_strength=5e8, bond_strength=150.0)
+                ]
+            },
+            "bolts: bond_strength = 150 N/m holds less than 1 % of a block's weight along a whole bolt; a number "
+            'without its unit is in N/m: write "150 kN/m" for kN/m',
         ),
         ({"joints": [joint(law=bsm.Patton(friction=80))]}, "joint 'J': friction = 80 degrees is unusual (0 to 70"),
         (
