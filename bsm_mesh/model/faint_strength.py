@@ -27,8 +27,8 @@ def of_faint_strength(model: Model, rocks: Sequence[Rock], joints: Sequence[Join
         bond = bolt.bond_strength or 0.0
         if 0 < bond < KILO and bond * bolt.length / bolt.spacing < FAINT * weight:
             yield (
-                f"bolts: bond_strength = {bond:g} N/m holds less than {100 * FAINT:g} % of a block's weight along a whole "
-                f'bolt; a number without its unit is in N/m: write "{bond:g} kN/m" for kN/m'
+                f"bolts: bond_strength = {bond:g} N/m holds less than {100 * FAINT:g} % of a block's weight along a "
+                f'whole bolt; a number without its unit is in N/m: write "{bond:g} kN/m" for kN/m'
             )
 
 
@@ -38,6 +38,6 @@ def _of_faces(thing: str, owners: Sequence[Any], stress: float) -> Iterator[str]
             value = float(given) if isinstance(given, Real) else 0.0
             if 0 < value < min(FAINT * stress, KILO):
                 yield (
-                    f"{thing}: {name} = {value:g} Pa carries less than {100 * FAINT:g} % of a block's weight on a side of "
-                    f'the block; a number without its unit is in Pa: write "{value:g} kPa" for kPa'
+                    f"{thing}: {name} = {value:g} Pa carries less than {100 * FAINT:g} % of a block's weight on a side "
+                    f'of the block; a number without its unit is in Pa: write "{value:g} kPa" for kPa'
                 )

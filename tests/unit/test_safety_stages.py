@@ -1,12 +1,13 @@
 """Factors of safety of models with stages: whose strength is divided, and where trials begin."""
 
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.safety.factor import factor_of_safety
+from bsm_mesh.safety.factor import _on_opening, factor_of_safety
 from bsm_mesh.safety.trials import Reduction, strength_trials
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
@@ -91,3 +92,18 @@ def test_a_stage_is_asked_about_before_the_bolts_of_a_later_one_are_there():
         found = factor_of_safety(model, stage=stage)
         assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
     assert factor_of_safety(model).stable > 3.0
+
+
+def test_blocks_that_moved_in_an_earlier_stage_are_why_no_strength_is_enough():
+    """A block slides to a wall once its holder is gone: not its joints are to blame for a fall in the next stage."""
+    stages = [bsm.Stage(name="dig", excavate=[2]), bsm.Stage(name="later")]
+    wall = turned(rectangle(-3.5, 0, -3.2, 0.5), DIP)
+    nothing_holds = SimpleNamespace(
+        trials=[SimpleNamespace(value=0.05)], bracket=SimpleNamespace(stable=None, unstable=0.05, undecided=())
+    )
+    for friction, words in ((20.0, "1 block moved by up to 2.2 m in stage 'dig'"), (FRICTION, "open joints carry no")):
+        model = model_of([*BLOCKS, wall], friction=friction, kn=1e10, fixed=(0, 2, 3)).replace(stages=stages)
+        runs = strength_trials(model, bsm.Options(), Reduction(), None, "stage", lambda text: None)
+        (note,) = _on_opening(runs, nothing_holds, SimpleNamespace(factor=0.7))
+        assert words in note
+        assert ("--start throughout" in note) == (friction == 20.0)
