@@ -72,7 +72,7 @@ class Scene:
 
     @cached_property
     def strays(self) -> BoolArray:
-        """Which blocks too small to count (``falls.ignore_below``) have moved far, in this stage or before, (n,)."""
+        """Which blocks too small to count (``falls.ignore_below``) lie far from where they were given, (n,)."""
         blocks, stage = self.results.blocks, self.stage
         far: BoolArray = distances(stage.displacement) > FAR * blocks.moments.size
         return far & stage.present & ~stage.counts
