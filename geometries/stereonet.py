@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.errors import counted
 from bsm_mesh.files import whole_file
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
@@ -90,7 +91,7 @@ def draw_sets(axes: Any, sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]]
         poles = project(
             -upward_normals(np.atleast_1d(np.asarray(dip, float)), np.atleast_1d(np.asarray(direction, float)))
         )
-        label = f"{name}: {len(poles)} poles, mean {mean_dip:.0f}/{mean_direction:03.0f}"
+        label = f"{name}: {counted(len(poles), 'pole')}, mean {mean_dip:.0f}/{mean_direction:03.0f}"
         (points,) = axes.plot(*poles.T, "o", ms=4, alpha=0.7, label=label)
         axes.plot(*project(great_circle(mean_dip, mean_direction)).T, color=points.get_color(), lw=1.5)
 
@@ -113,8 +114,8 @@ def friction_circles(friction: float | None) -> list[tuple[float, str, str]]:
         raise GeometryError(f"friction = {friction} must lie between 0 and 90 degrees")
     steep, flat = (math.sqrt(2) * math.sin(math.radians(angle) / 2) for angle in (90 - friction, friction))
     return [
-        (flat, "--", f"poles of planes dipping {friction:g} degrees"),
-        (steep, ":", f"lines plunging {friction:g} degrees"),
+        (flat, "--", f"friction {friction:g} degrees: planes with poles outside are steeper"),
+        (steep, ":", f"friction {friction:g} degrees: intersections inside are steeper"),
     ]
 
 

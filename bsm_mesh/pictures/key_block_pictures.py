@@ -14,6 +14,7 @@ from bsm_mesh.pictures.figures import TEXT, paper, save
 from bsm_mesh.pictures.look import Look
 from bsm_mesh.pictures.painter import Layer, Painter, Seen
 from bsm_mesh.pictures.space_scene import frame
+from bsm_mesh.pictures.space_sheet import ARROW, draw_directions
 from bsm_mesh.pictures.surfaces import Sides
 from bsm_mesh.reading import as_path
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -24,7 +25,7 @@ KINDS = (  # label and colour
     ("not removable", "#d9d9d9"),
     ("removable, stays", "#b9cfe4"),
     ("slides above the required factor", "#f2d16b"),
-    ("slides below it", "#ee8a33"),
+    ("slides below the required factor", "#ee8a33"),
     ("falls", "#c5281c"),
 )
 UNSTABLE = 3  # the first kind that is
@@ -83,15 +84,21 @@ def draw_key_blocks(
     figure = paper(SIZE, DPI)
     axes = figure.add_subplot()
     axes.axis("off")
-    painter = Painter(look=eye, view=frame(eye.flat(corners), MARGIN), width=round(SIZE[0] * DPI), layers=[layer])
+    x0, y0, x1, _ = view = frame(eye.flat(corners), MARGIN)
+    painter = Painter(look=eye, view=view, width=round(SIZE[0] * DPI), layers=[layer])
     seen = painter.paint(axes)
     if seen is not None:
         _name_blocks(axes, found, kind, seen)
     for number in np.unique(kind).tolist():
         label, shade = KINDS[number]
-        axes.fill([], [], facecolor=shade, edgecolor=EDGE, lw=0.4, label=f"{label}: {int((kind == number).sum())}")
+        required = f" {found.required:g}" if "factor" in label else ""
+        label = f"{label}{required}: {int((kind == number).sum())}"
+        axes.fill([], [], facecolor=shade, edgecolor=EDGE, lw=0.4, label=label)
     axes.legend(loc="lower left", fontsize=8, frameon=False)
-    axes.set_title(title or f"Key blocks, {eye}", loc="left")
+    length = ARROW * (x1 - x0)
+    draw_directions(axes, eye.flat, (x1 - 1.5 * length, y0 + 0.8 * length), length)
+    named = "; numbers: block and its factor of safety" if (kind >= UNSTABLE).any() else ""
+    axes.set_title(f"{title or 'Key blocks'}\n{eye}{named}", loc="left")
     return save(figure, target)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -171,16 +172,21 @@ class SpaceSheet(Sheet):
     def _draw_directions(self) -> None:
         """Draw east, north and up at the lower left, as they are seen."""
         x0, y0, x1, _ = self.scene.view
-        width = x1 - x0
-        at = np.array([x0 + 1.3 * ARROW * width, y0 + 1.3 * ARROW * width])
-        for name, vector in DIRECTIONS:
-            end = ARROW * width * self.scene.flat(np.array([vector]))[0]
-            if np.hypot(*end) < SHORT * ARROW * width:
-                continue
-            self.axes.annotate(
-                "", tuple(at + end), tuple(at), zorder=6, arrowprops={"arrowstyle": "-|>", "color": TEXT, "lw": 1.3}
-            )
-            self.axes.text(*(at + 1.25 * end), name, fontsize=9, color=TEXT, ha="center", va="center", zorder=6)
+        length = ARROW * (x1 - x0)
+        draw_directions(self.axes, self.scene.flat, (x0 + 1.3 * length, y0 + 1.3 * length), length)
+
+
+def draw_directions(
+    axes: Any, flat: Callable[[FloatArray], FloatArray], at: tuple[float, float], length: float
+) -> None:
+    """Draw east, north and up as `flat` sees them, from a point; one that lies in the picture is so long [m]."""
+    for name, vector in DIRECTIONS:
+        end = length * flat(np.array([vector]))[0]
+        if np.hypot(*end) < SHORT * length:
+            continue
+        style = {"arrowstyle": "-|>", "color": TEXT, "lw": 1.3}
+        axes.annotate("", tuple(at + end), at, zorder=6, arrowprops=style)
+        axes.text(*(at + 1.25 * end), name, fontsize=9, color=TEXT, ha="center", va="center", zorder=6)
 
 
 def _mapped(style: dict[str, Any]) -> Any:

@@ -1,12 +1,16 @@
 """Pictures of key blocks: a pyramid in the roof of a cavern, seen from below and from the side."""
 
+import dataclasses
+
 import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
 import bsm_mesh as bsm
+from bsm_mesh.pictures import key_block_pictures
 from bsm_mesh.pictures.key_block_pictures import KINDS, draw_key_blocks
+from bsm_mesh.three_d.key_blocks.modes import FALLS, ONE
 from tests.unit.test_key_blocks import ROCK, joint, roof
 
 
@@ -43,3 +47,19 @@ def test_bad_input_is_named(pyramid, tmp_path):
     with pytest.raises(bsm.ModelError, match="plunge from -90"):
         draw_key_blocks(tmp_path / "roof.png", *pyramid, look=(0, 100))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_picture_says_what_its_numbers_and_colours_are_and_where_north_is(pyramid, tmp_path, monkeypatch):
+    """The legend names the required factor; a title of one's own keeps the view."""
+    blocks, found = pyramid
+    slides = dataclasses.replace(found, mode=np.where(found.mode == FALLS, ONE, found.mode), required=1.5)
+    figures = []
+    monkeypatch.setattr(key_block_pictures, "save", lambda figure, path: figures.append(figure) or path)
+    draw_key_blocks(tmp_path / "roof.png", blocks, slides, look=(20, -40), title="Cavern")
+    (axes,) = figures[0].axes
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert any(label.startswith("slides below the required factor 1.5: ") for label in labels)
+    assert axes.get_title(loc="left") == (
+        "Cavern\nlooking to 020, 40 degrees up; numbers: block and its factor of safety"
+    )
+    assert {"E", "N", "up"} <= {text.get_text() for text in axes.texts}

@@ -221,7 +221,8 @@ def test_the_stereonet_has_the_planes_of_the_joints(roof: Path) -> None:
     assert_allclose(np.sort(direction), [0, 90, 180, 270], atol=1e-3)
     labels = [text.get_text() for text in results.plot("stereonet").axes[0].get_legend().get_texts()]
     assert any(label.startswith("J1: 4 poles") for label in labels)
-    assert "poles of planes dipping 5 degrees" in labels
+    assert "friction 5 degrees: planes with poles outside are steeper" in labels
+    assert "friction 5 degrees: intersections inside are steeper" in labels
 
 
 def test_the_report_of_a_run_in_space(roof: Path) -> None:
