@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.arrays import FloatArray
 from tests.scenes.models import model_of
 from tests.scenes.plane_failure import PlaneFailure, hoek_and_bray, sau_mau_ping
 from tests.scenes.shapes import rectangle, turned
@@ -161,13 +162,18 @@ def tutorial_slope(friction: float, *, excavate: tuple[int, ...] = (1,)) -> bsm.
 def goodman_and_bray(friction: float) -> bsm.Model:
     """Return sixteen columns that topple off a stepped base: 10 m wide, 4 to 40 m high, leaning at 60 degrees."""
     n = np.arange(1, 17)
-    height = np.where(n <= 10, 4.0 * n, 40.0 - 6.2 * (n - 10))
-    columns = [rectangle(10 * (k - 1), k - 1.0, 10 * k, k - 1.0 + h) for k, h in zip(n, height, strict=True)]
-    profile = [(0.0, -30.0), (160.0, -30.0), (160.0, 15.0)]
-    for k in range(15, 0, -1):
-        profile += [(10.0 * k, float(k)), (10.0 * k, k - 1.0)]
+    return columns(np.where(n <= 10, 4.0 * n, 40.0 - 6.2 * (n - 10)), 1.0, 30.0, friction)
+
+
+def columns(height: FloatArray, step: float, lean: float, friction: float) -> bsm.Model:
+    """Return columns 10 m wide on a base with steps [m], from the toe on, all turned by `lean` [degrees]."""
+    m = len(height)
+    beside = [rectangle(10.0 * k, step * k, 10.0 * (k + 1), step * k + h) for k, h in enumerate(height)]
+    profile = [(0.0, -30.0), (10.0 * m, -30.0), (10.0 * m, step * (m - 1))]
+    for k in range(m - 1, 0, -1):
+        profile += [(10.0 * k, step * k), (10.0 * k, step * (k - 1))]
     base = np.array([*profile, (0.0, 0.0)])
-    return model_of([turned(p, 30.0) for p in (base, *columns)], friction=friction, kn=1e11, gamma=25e3)
+    return model_of([turned(p, lean) for p in (base, *beside)], friction=friction, kn=1e11, gamma=25e3)
 
 
 def known() -> Iterator[Known]:

@@ -6,6 +6,10 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.movements import turned as turned_by
 from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.motion.masses import MotionSettings
+from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.three_d.contacts.history import PointHistory
+from bsm_mesh.three_d.motion.explicit import ExplicitMotion
 from tests.scenes.polyhedra import box, model_in_space, prism, rotation
 
 PASSED = 0.01  # of a block: a face that is first seen deeper counts as passed
@@ -51,6 +55,30 @@ def test_a_cube_that_drops_rests_on_a_face_by_its_weight(about_y, about_x, gap):
     heights = np.sort(end[:, 2])
     assert heights[:4] == pytest.approx(-26e3 / 1e9, abs=2e-6)
     assert heights[4:] == pytest.approx(1, abs=1e-4)
+
+
+@pytest.mark.parametrize("law", [bsm.MohrCoulomb(friction=30), bsm.Patton(friction=30, dilation=30, cohesion=1.0)])
+def test_friction_acts_on_a_block_as_it_lands(law):
+    """A flat block hits the slab as it moves along: the impact's impulse takes its part of the velocity.
+
+    Velocities are over the root of gravity: it slides by half their square over the friction. Above a pascal the second
+    law has that friction too.
+    """
+    along, down, friction = 0.2, 0.1, np.tan(np.radians(30))
+    model = model_in_space([SLAB, box((-0.5, -0.5, 1e-6), (0.5, 0.5, 0.1))], law=law)
+    engine = Continuation(model, bsm.Options(threads=1), lambda *_: None)
+    start = engine.system.start
+    contacts = engine.system.gather(PointHistory.none(), start, first=True)
+    step = StepEquations(engine.system, engine.factors, contacts, start, engine.min_lam)
+    velocity = np.zeros((2, 6))
+    velocity[1, [0, 2]] = along, -down
+    settings = MotionSettings(damping=0.0, damps_impacts=True, real_masses=True)
+    motion = ExplicitMotion(step, settings, velocity=velocity)
+    for _ in range(60):
+        motion.advance()
+    assert np.abs(motion.velocity).max() < 0.02 * along
+    slides = (along - friction * down) ** 2 / (2 * friction)
+    assert motion.residual.position[1, 0] == pytest.approx(slides, rel=0.1)
 
 
 @pytest.mark.heavy

@@ -16,8 +16,9 @@ from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.three_d.contacts.clipping import CORNER_OF_A, CORNER_OF_B, EDGES, _clip, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import given_points
 from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, faces_of
+from bsm_mesh.three_d.contacts.surfaces import Surfaces
 from bsm_mesh.three_d.step.block_system import BlockSystem
-from tests.scenes.polyhedra import box, model_in_space, rotation, turned
+from tests.scenes.polyhedra import box, model_in_space, prism, rotation, turned
 
 OPTIONS = bsm.Options(threads=1)
 TANGENT = 1e-8  # of the greatest entry: differences of forces with steps of 1e-7
@@ -125,6 +126,22 @@ def test_points_as_given_lie_on_the_block_that_slides_on_a_larger_plane(cube):
     points = given_points(model_in_space([CUBE]).replace(blocks=blocks, rocks=ROCK, supports=[]), np.zeros(2, bool))
     assert len(points.key) == 5
     assert (points.block_a == cube).all()
+
+
+@pytest.mark.parametrize("cube", [0, 1])
+def test_points_at_the_foot_of_a_step_lie_on_the_block_that_stands_there(cube):
+    """The rock of a step goes on below its foot and has no corner there. A block that tilts takes its own along."""
+    solids = [*SQUARES, box((0.5, 0, 0), (1, 0.5, 0.5)), CUBE]
+    cells = bsm.Polyhedra.from_solids(solids if cube else solids[::-1], rock="rock")
+    arrays = {name: getattr(cells, name) for name in CELL_ARRAYS}
+    number = np.array([0, 0, 0, 1] if cube else [0, 1, 1, 1], np.int32)
+    blocks = bsm.Polyhedra(**arrays, cell_block=number, rock=np.zeros(2, np.int32))
+    points = given_points(model_in_space([CUBE]).replace(blocks=blocks, rocks=ROCK, supports=[]), np.zeros(2, bool))
+    place = blocks.moments.centroid[points.block_a] + points.geometry[:, :3]
+    foot = np.isclose(place[:, 0], 0.5) & np.isclose(place[:, 2], 0)
+    assert foot.sum() == 4  # two of the step, two of the floor
+    assert (points.block_a[foot] == cube).all()
+    assert (np.einsum("ij,ij->i", points.geometry[foot, 6:9], [CUBE[0].mean(axis=0)] - place[foot]) > 0).all()
 
 
 def test_stiffness_is_that_of_both_rocks_whichever_block_a_point_lies_on():
@@ -341,3 +358,21 @@ def test_a_stack_slides_evenly_whatever_its_numbers(base):
     weight = model.unit_weights[0] * 2 * 0.48 * np.cos(np.radians(35))
     assert slide.max() > 2
     assert_allclose(-push[slide > 0.5], weight, rtol=1e-3)
+
+
+@pytest.mark.parametrize("turn", [0, 40])
+def test_a_face_that_lies_flat_has_no_more_contacts_over_the_edge_beside_it(turn):
+    """The base is one block of two cells: one has the incline, the other the side. The block is a third over the edge.
+
+    Its lower face faces the side too. Cohesion there held blocks that slide off an incline.
+    """
+    outlines = [(0, -1), (1, -1), (0, 0)], [(1, -1), (1, 0.7), (0, 0)], [(0, 0), (1, 0.7), (0.7, 1.2), (-0.3, 0.5)]
+    x = rotation(20, turn)
+    cells = bsm.Polyhedra.from_solids(turned([prism(outline, depth=0.5) for outline in outlines], x), rock="rock")
+    arrays = {name: getattr(cells, name) for name in CELL_ARRAYS}
+    blocks = bsm.Polyhedra(**arrays, cell_block=np.array([0, 0, 1], np.int32), rock=np.zeros(2, np.int32))
+    position = np.zeros((2, 6))
+    position[1, :3] = x @ (-1 / 3, 0, -0.7 / 3)
+    free = np.array([False, True])
+    found = Surfaces(blocks=blocks, rule="both").polygons(position, free, ~free, band=0.05, narrow=5e-3)
+    assert found.area.sum() == pytest.approx(2 / 3 * np.hypot(1, 0.7) * 0.5)

@@ -13,6 +13,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.joint_laws import wear_length_of
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings
+from bsm_mesh.solve.motion.window_columns import ExtremeLines, strength_lines
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 from bsm_mesh.solve.step.system import Contacts
 
@@ -44,6 +45,8 @@ class Cycles(ABC):
     diverged : bool
         Whether the last window ended nowhere; where blocks are is from before it.
     """
+
+    _extreme: ExtremeLines | None = None
 
     def __init__(
         self, step: StepEquations, settings: MotionSettings, *, velocity: FloatArray | None = None, ramp: int = 0
@@ -82,6 +85,13 @@ class Cycles(ABC):
     @abstractmethod
     def _may_wear(self) -> BoolArray:
         """Return which contacts (m,) slip may take strength from in a window."""
+
+    def _strength(self) -> dict[str, FloatArray]:
+        """Return the strength of the contacts at the reference of a window, as `strength_lines`."""
+        contacts, laws = self.contacts, self.system.catalogue.laws
+        if self._extreme is None or not self._extreme.hold_for(contacts):
+            self._extreme = ExtremeLines(contacts, laws)
+        return strength_lines(contacts, self.residual.at, laws, self._extreme)
 
     def _window(self) -> float:
         """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""

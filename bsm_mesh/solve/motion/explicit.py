@@ -23,7 +23,7 @@ from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.cycles import Cycles
 from bsm_mesh.solve.motion.masses import Weighed, projectors, spring_sums
 from bsm_mesh.solve.motion.threads import Share, advance_window, strips
-from bsm_mesh.solve.motion.window_columns import Columns, ExtremeLines, columns_of, near, share_of, strength_lines
+from bsm_mesh.solve.motion.window_columns import Columns, columns_of, near, share_of
 from bsm_mesh.solve.step.block_system import BlockSystem
 
 
@@ -32,7 +32,6 @@ class ExplicitMotion(Cycles):
 
     system: BlockSystem
     _strips: list[IntArray] = []  # noqa: RUF012
-    _extreme: ExtremeLines | None = None
 
     def _begin(self) -> None:
         """Set the contacts that may close within a window, and their columns."""
@@ -43,11 +42,7 @@ class ExplicitMotion(Cycles):
         """Return the contacts (k,) that may close within a window, and their columns."""
         contacts, at, d = self.contacts, self.residual.at, self.system.d
         rows = near(contacts, at, 3 * self._settings.window * d)
-        laws = self.system.catalogue.laws
-        if self._extreme is None or not self._extreme.hold_for(contacts):
-            self._extreme = ExtremeLines(contacts, laws)
-        lines = strength_lines(contacts, at, laws, self._extreme)
-        return rows, columns_of(contacts, at, lines, rows)
+        return rows, columns_of(contacts, at, self._strength(), rows)
 
     def _sums(self) -> FloatArray:
         return spring_sums(self.system, self._weighed(), self._settings.heavier_bolts)

@@ -18,7 +18,9 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.polygons import owner_of_corner
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
-from bsm_mesh.three_d.blocks.flats import flat_areas
+from bsm_mesh.three_d.blocks.flats import flat_areas, inner_corners
+from bsm_mesh.three_d.blocks.polygons import bent_corners, spread
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, PolygonPoints, keys_of
 from bsm_mesh.three_d.contacts.kernels import relative_positions
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
@@ -149,7 +151,8 @@ class ContactSet:
 def given_points(model: Model, held: BoolArray) -> PolygonPoints:
     """Return the contact points of a model as given. Two blocks that supports hold (n,) are no pair.
 
-    Points lie on the block with the smaller plane part of its surface there: it takes them along where it slides.
+    Points lie on the block with the smaller plane part of its surface there: it takes them along where it slides. A
+    point at the foot of a step lies on the other block: the rock of the step has no corner there.
     """
     assert in_space(model.blocks)
     whole = model.blocks.contact_polygons
@@ -171,8 +174,18 @@ def given_points(model: Model, held: BoolArray) -> PolygonPoints:
         joint=polygons.joint[polygon],
     )
     area_b, area_a = flat_areas(model.blocks)[polygons.face].T
-    found = found.turned_over((area_b < area_a * (1 - SAME))[polygon], -polygons.normal[polygon])
+    on_b, (inner_b, inner_a) = (area_b < area_a * (1 - SAME))[polygon], _at_steps(model.blocks, polygons, slot)
+    found = found.turned_over(np.where(inner_a != inner_b, inner_a, on_b), -polygons.normal[polygon])
     return found.some(np.argsort(key, kind="stable"))
+
+
+def _at_steps(blocks: Polyhedra, polygons: ContactPolygons, slot: IntArray) -> BoolArray:
+    """Return which points of polygons lie where the surface of b, or of a, turns inwards, (2, k)."""
+    bent = bent_corners(blocks.vertices[blocks.face_vertices], blocks.face_offsets)
+    first = np.searchsorted(bent, blocks.face_offsets)[polygons.face]
+    found = np.zeros((2, len(slot)), dtype=bool)
+    found[:, : len(polygons.corners)] = inner_corners(blocks)[bent[spread(first, np.diff(polygons.offsets))]].T
+    return found
 
 
 def points_of(polygons: ContactPolygons, rule: str) -> tuple[ContactPoints, IntArray]:

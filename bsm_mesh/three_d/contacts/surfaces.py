@@ -13,6 +13,7 @@ from bsm_mesh.model.polygons import next_corner, owner_of_corner
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.blocks.cell_sides import CellSides, sides_of_cells
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
+from bsm_mesh.three_d.blocks.flats import edges_outwards
 from bsm_mesh.three_d.blocks.placed_cells import PlacedCells
 from bsm_mesh.three_d.blocks.polygons import bent_corners, spread, sums, vector_areas
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -92,7 +93,8 @@ class Surfaces:
         rows, faces, sizes, least = _near(rows, faces, sizes, band, narrow)
         overlap = self._overlaps(position, self._cell[faces], least < -narrow)
         kept = least >= -overlap - narrow  # deeper ones have come from the other side
-        kept &= _flat_alone(self._cell[faces], _are_flat(*normal[faces.T]), np.abs(least) <= narrow)
+        flat, touch = _are_flat(*normal[faces.T]), np.abs(least) <= narrow
+        kept &= _flat_alone(self._cell[faces], flat, touch) & (flat | ~self._beside(faces, faces[flat & touch]))
         rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
         return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
 
@@ -108,6 +110,34 @@ class Surfaces:
         of_first = self.blocks.face_blocks[face, 0] == block
         cell: IntArray = np.where(of_first, cells[:, 0], cells[:, 1])
         return cell
+
+    @cached_property
+    def _edges(self) -> IntArray:
+        """Pairs of surfaces of a block that meet in an edge at which it turns outwards, (k, 2), both ways round."""
+        face, block, *_ = self._sides
+        number = np.zeros(2 * len(self.blocks.face_blocks), np.int64)
+        number[2 * face + (self.blocks.face_blocks[face, 1] == block)] = np.arange(len(face))
+        pairs = number[edges_outwards(self.blocks)]
+        pairs = np.concatenate([pairs, pairs[:, ::-1]])
+        edges: IntArray = pairs[np.argsort(pairs[:, 0], kind="stable")]
+        return edges
+
+    def _beside(self, faces: IntArray, flat: IntArray) -> BoolArray:
+        """Return which pairs of surfaces (q, 2) have a `flat` pair (p, 2) beside them, (q,).
+
+        One surface is the same; the other meets that of the flat pair in an edge, where its block turns outwards.
+        There the flat pair has its contact points.
+        """
+        beside, count = np.zeros(len(faces), dtype=bool), len(self._cell)
+        known = flat[:, 0] * count + flat[:, 1]
+        for side in (0, 1):
+            first = np.searchsorted(self._edges[:, 0], faces[:, side])
+            number = np.searchsorted(self._edges[:, 0], faces[:, side], "right") - first
+            pair = np.repeat(faces, number, axis=0)
+            pair[:, side] = self._edges[spread(first, number), 1]
+            found = np.isin(pair[:, 0] * count + pair[:, 1], known)
+            beside[np.repeat(np.arange(len(faces)), number)[found]] = True
+        return beside
 
     def _overlaps(self, position: FloatArray, cells: IntArray, asked: BoolArray) -> FloatArray:
         """Return by how much pairs of cells (q, 2) overlap along their faces' normals [m]; inf where not `asked`."""

@@ -20,8 +20,6 @@ from bsm_mesh.three_d.contacts.forces import Evaluation
 from bsm_mesh.three_d.contacts.rotations import swings, turned_on, turns_of
 from bsm_mesh.three_d.motion.kernels import BROKEN, CLOSED, SLID, advance
 
-UNLIMITED = 1e150  # N: strength of contacts that have no limit; its square is a number
-
 
 class ExplicitMotion(Cycles):
     """Polyhedra in explicit motion; parameters and attributes are those of `Cycles`."""
@@ -76,9 +74,8 @@ class ExplicitMotion(Cycles):
             self._keep(np.hstack([shift, turn]), springs[:, 9], shear, place, marks)
 
     def _springs(self, contacts: ContactSet, at: Evaluation) -> FloatArray:
-        """Return the columns of contacts that `advance` takes as springs, (m, 10)."""
-        pressure, c = np.maximum(at.pressure, 0.0), contacts.candidates
-        full = slipping(contacts, self.system.catalogue.laws, pressure)
+        """Return the columns of contacts that `advance` takes as springs, (m, 12)."""
+        c, strength = contacts.candidates, self._strength()
         # By the tangent of a joint's hyperbola: the gap at which it presses nothing.
         offset = np.where(at.closed, at.gap + at.pressure / at.normal_stiffness, contacts.offset)
         columns = (
@@ -87,11 +84,13 @@ class ExplicitMotion(Cycles):
             offset,
             contacts.tension,
             self._masses.dashpots(c.block_a, c.block_b, at.normal_stiffness),
-            np.minimum(full.strength - full.by_pressure * pressure, UNLIMITED),
-            full.by_pressure,
+            strength["first"],
+            strength["first_slope"],
             contacts.reach,
             at.gap,
             np.zeros(contacts.count),
+            strength["second"],
+            strength["second_slope"],
         )
         return np.column_stack(columns)
 

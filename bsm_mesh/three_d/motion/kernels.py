@@ -40,9 +40,9 @@ def advance(
         How many at most; a block that moved further since the window began ends it.
     blocks, geometry : block_a, block_b (m,), (m, 12) float64
         As `relative_positions` takes them.
-    springs : (m, 10) float64
-        Normal stiffness, shear stiffness, offset, tension, dashpot, strength at no pressure and its slope, reach, gap
-        after the last cycle, slip in the window; tension, and strength at no pressure with it, are lost by opening.
+    springs : (m, 12) float64
+        Stiffness (normal, shear), offset, tension, dashpot, line of strength (at no pressure, slope), reach, last gap,
+        slip in the window, second line. The lower line counts. Opening takes tension, and strength at no pressure.
     shear, place, marks : (m, 3), (m, 3) float64, (m,) int8
         Shear force on a, movement against the face at it, in b's frame, and what happened; they change in place.
     supports, free : blocks (l,), projectors (l, 6, 6), prescribed (n, 6); (k,) int64
@@ -118,7 +118,7 @@ def _add_contacts(
         if not bears or along > s[7] * s[7]:
             if s[3] > 0.0:
                 marks[k] |= BROKEN
-                s[3], s[5] = 0.0, 0.0
+                s[3], s[5], s[10] = 0.0, 0.0, 0.0
             for u in range(3):
                 old[u], at[u] = 0.0, now[u]
             s[8] = gap
@@ -126,7 +126,7 @@ def _add_contacts(
         marks[k] |= CLOSED
         pressure = max(trial - s[4] * (gap - s[8]), -s[3])
         s[8] = gap
-        strength = max(s[5] + s[6] * pressure, 0.0)
+        strength = max(min(s[5] + s[6] * pressure, s[10] + s[11] * pressure), 0.0)
         slid = _shear(now, gap, g, s[1], strength, old, at)
         if slid > 0.0:
             marks[k] |= SLID
