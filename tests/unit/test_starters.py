@@ -48,9 +48,9 @@ def test_the_wedge_of_the_starter_has_the_factor_of_hoek_and_bray(case: Case) ->
     case.run("new", "wedge", "mine")
     told = json.loads(case.run("key-blocks", "mine/model.toml", "--json", "--no-picture").out)
     planes = (45, 130), (55, 230)
-    _, _, volume, areas = wedge_rock(*planes, (70, 180), (0, 180), 20.0)
+    _, _, volume, areas = wedge_rock(*planes, (70, 180), (0, 180), 10.0)  # above where they cross
     factor = wedge_factor(*planes, volume, areas, 25e3, (30, 35), (0, 0))
-    assert told["volume"] == pytest.approx(volume)
+    assert told["volume"] == pytest.approx(volume, rel=1e-5)  # the crossing is rounded to 6e-6 m off the face
     assert list(told["slides"].values()) == [pytest.approx(factor, abs=1e-6)]
     assert 0.97 * factor < 1 < 0.98 * factor  # as its comment says
 
