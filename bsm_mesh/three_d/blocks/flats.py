@@ -86,9 +86,7 @@ def _neighbours(blocks: Polyhedra) -> tuple[tuple[IntArray, IntArray], tuple[Int
     return (part[:-1][same], part[1:][same]), (corner[:-1][same], corner[1:][same])
 
 
-def _heights(
-    blocks: Polyhedra, parts: tuple[IntArray, IntArray], edges: tuple[IntArray, IntArray]
-) -> FloatArray:
+def _heights(blocks: Polyhedra, parts: tuple[IntArray, IntArray], edges: tuple[IntArray, IntArray]) -> FloatArray:
     """Return how high the second of pairs of sides lies over the first, times its area [m3]; 0 in one plane."""
     (one, other), outward, offsets = parts, _outward(blocks), blocks.face_offsets
     owner, point = owner_of_corner(offsets), blocks.vertices[blocks.face_vertices]
