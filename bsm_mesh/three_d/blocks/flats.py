@@ -35,7 +35,7 @@ def flat_areas(blocks: Polyhedra) -> FloatArray:
 def inner_corners(blocks: Polyhedra) -> BoolArray:
     """Return the corners of faces at which the surface of a block turns inwards, both blocks of each, (k, 2).
 
-    The rock of such a block goes on beyond the corner, as at the foot of a step. Rows are those of
+    The rock of such a block continues beyond the corner, as at the foot of a step. Rows are those of
     ``blocks.face_vertices``.
     """
     parts, edges = _neighbours(blocks)

@@ -94,7 +94,7 @@ class Surfaces:
         overlap = self._overlaps(position, self._cell[faces], least < -narrow)
         kept = least >= -overlap - narrow  # deeper ones have come from the other side
         flat, touch = _are_flat(*normal[faces.T]), np.abs(least) <= narrow
-        kept &= _flat_alone(self._cell[faces], flat, touch) & (flat | ~self._beside(faces, faces[flat & touch]))
+        kept &= _flat_alone(self._cell[faces], flat, touch) & (flat | ~self._next_to(faces, faces[flat & touch]))
         rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
         return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
 
@@ -122,13 +122,13 @@ class Surfaces:
         edges: IntArray = pairs[np.argsort(pairs[:, 0], kind="stable")]
         return edges
 
-    def _beside(self, faces: IntArray, flat: IntArray) -> BoolArray:
-        """Return which pairs of surfaces (q, 2) have a `flat` pair (p, 2) beside them, (q,).
+    def _next_to(self, faces: IntArray, flat: IntArray) -> BoolArray:
+        """Return which pairs of surfaces (q, 2) are next to a `flat` pair (p, 2), (q,).
 
         One surface is the same; the other meets that of the flat pair in an edge, where its block turns outwards.
         There the flat pair has its contact points.
         """
-        beside, count = np.zeros(len(faces), dtype=bool), len(self._cell)
+        next_to, count = np.zeros(len(faces), dtype=bool), len(self._cell)
         known = flat[:, 0] * count + flat[:, 1]
         for side in (0, 1):
             first = np.searchsorted(self._edges[:, 0], faces[:, side])
@@ -136,8 +136,8 @@ class Surfaces:
             pair = np.repeat(faces, number, axis=0)
             pair[:, side] = self._edges[spread(first, number), 1]
             found = np.isin(pair[:, 0] * count + pair[:, 1], known)
-            beside[np.repeat(np.arange(len(faces)), number)[found]] = True
-        return beside
+            next_to[np.repeat(np.arange(len(faces)), number)[found]] = True
+        return next_to
 
     def _overlaps(self, position: FloatArray, cells: IntArray, asked: BoolArray) -> FloatArray:
         """Return by how much pairs of cells (q, 2) overlap along their faces' normals [m]; inf where not `asked`."""
