@@ -13,8 +13,10 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.certificate.certificate import certificate, certificate_arrays
 from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.moving_points import MovingPoints, Places
+from tests.scenes import large_zones as scenes
 from tests.scenes.arch import arch
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.zones import SHEAR, rock, under_stress
@@ -118,6 +120,21 @@ def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_pa
     done = subprocess.run(verify, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     assert "overlap" in done.stdout
+
+
+@pytest.mark.parametrize(("beyond", "holds"), [(0.0, True), (0.3, False)])
+def test_certificate_of_a_block_that_slid_over_the_end_of_a_face(beyond, holds):
+    """Its last point is 10 mm beyond the end and represents 0.25 m; it may not be further than that."""
+    results = bsm.run(scenes.pushed(2.01), bsm.Options(threads=1))
+    told, stage = certificate(results), results.stages[-1]
+    arrays = {key: np.array(values) for key, values in certificate_arrays(results, stage).items()}
+    point = arrays["contact_point"]
+    last = np.abs(point[:, 0] - 4.01) < 1e-4
+    assert (np.abs(arrays["contact_normal_force"][last]) > 1e3).any()
+    point[last, 0] += beyond
+    faults = verify_certificate.check_stage(told, told["stages"][-1], arrays)[1]
+    assert ("contact 2 does not lie where its blocks touch" not in faults) == holds
+    assert (not faults) == holds
 
 
 @pytest.mark.parametrize("degrees", [37, 90])

@@ -14,12 +14,16 @@ DEFORMED = 0.05  # of its area and its size: strains of rock are small, and bloc
 LONGER = 2e-2  # by how much a contact may represent more than its edge
 
 
-def distances(shape: Arrays, block: Any, point: Any) -> tuple[Any, Any, Any]:
-    """Return distances of points (k, 2) from all edges of their blocks (k,), the edges, and the points' rows."""
+def distances(shape: Arrays, block: Any, point: Any, beyond: Any) -> tuple[Any, Any, Any]:
+    """Return distances of points (k, 2) from all edges of their blocks (k,), the edges, and the points' rows.
+
+    Edges are longer by `beyond` (k,) [m] at both ends.
+    """
     edge, row = edges_of(shape, block)
     start = shape["corner"][edge]
     along = shape["corner"][shape["following"][edge]] - start
-    part = np.clip(((point[row] - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+    more = beyond[row] / np.hypot(*along.T)
+    part = np.clip(((point[row] - start) * along).sum(axis=1) / (along**2).sum(axis=1), -more, 1.0 + more)
     return np.hypot(*(point[row] - start - part[:, None] * along).T), edge, row
 
 
@@ -37,10 +41,13 @@ def place_faults(a: Arrays) -> list[str]:
     shape = a["shape"]
     point, normal = a["contact_point"][bears], a["contact_normal"][bears]
     reach = TOUCHING * size_of(a) + np.abs(a["contact_opening"][bears])
-    away, _, row = distances(shape, a["contact_block_a"][bears], point)
+    beyond = np.zeros(len(bears))
+    away, _, row = distances(shape, a["contact_block_a"][bears], point, beyond)
     off_a = np.ones(len(bears), dtype=bool)
     off_a[row[away <= reach[row]]] = False
-    away, edge, row = distances(shape, a["contact_block_b"][bears], point)
+    if "outline" in a:  # points of zones slide over the end of an edge, with a part of what they represent
+        beyond = a["contact_length"][bears]
+    away, edge, row = distances(shape, a["contact_block_b"][bears], point, beyond)
     near = away <= reach[row]
     off_b = np.ones(len(bears), dtype=bool)
     off_b[row[near]] = False
