@@ -25,7 +25,7 @@ UNITS = {
     **dict.fromkeys(("filled", "wet", "place", "node"), ""),
     **dict.fromkeys(("slipping_share", "open_share", "yielded", "plastic_strain"), ""),
     **dict.fromkeys(("block_id", "block_a", "block_b", "rock", "joint", "edge_joint"), ""),
-    **dict.fromkeys(("status", "unstable", "bolt", "alive", "piece"), ""),
+    **dict.fromkeys(("status", "unstable", "bolt", "alive", "piece", "limit"), ""),
 }
 """Unit of each array by its name; "" where it has none. Units that differ from kind to kind are in `OF_A_KIND`."""
 

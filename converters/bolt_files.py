@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.converters.vtk_files import Grid, spatial
 from bsm_mesh.converters.vtk_library import LINE, numbered
-from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.results.bolts import BoltForces, BoltLimit, BoltStatus
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 
@@ -28,6 +28,7 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
         "axial_force": bolts.axial_force,
         "bond_force": bond,
         "utilisation": bolts.utilisation,
+        "limit": bolts.limit.astype(np.int8),
         "plastic_stretch": bolts.plastic_stretch,
         "shear_force": bolts.shear_force,
         "shear_point": spatial(bolts.shear_point),
@@ -53,7 +54,11 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
         cell_type=LINE,
         point_data=points,
         cell_data=cells,
-        names={**numbered("bolt", bolts.names), **numbered("status", [status.name.lower() for status in BoltStatus])},
+        names={
+            **numbered("bolt", bolts.names),
+            **numbered("status", [status.name.lower() for status in BoltStatus]),
+            **numbered("limit", [limit.name.lower() for limit in BoltLimit]),
+        },
     )
 
 
@@ -78,6 +83,7 @@ def bolts_of_grid(grid: Grid) -> BoltForces:
         slip=nodes["slip"],
         plastic_stretch=cells["plastic_stretch"],
         utilisation=cells["utilisation"],
+        limit=cells.get("limit", np.zeros(len(cells["utilisation"]), np.int8)),
         shear_force=cells["shear_force"],
         shear_point=cells["shear_point"][:, :coordinates],
         shear_direction=cells["shear_direction"][:, :coordinates],

@@ -21,6 +21,15 @@ class BoltStatus(IntEnum):
     ABSENT = 4
 
 
+class BoltLimit(IntEnum):
+    """The strength that a utilisation is a part of: of the steel, of bond, plate or anchorage, or of the dowel."""
+
+    NONE = 0
+    STEEL = 1
+    BOND = 2
+    DOWEL = 3
+
+
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class BoltForces(Portable):
     """Forces in the bolts, stored flat: element i of a bolt joins its nodes i and i + 1, from head to tip.
@@ -60,6 +69,8 @@ class BoltForces(Portable):
         What stays when the bolt is unloaded.
     utilisation : (n_elements,) float64
         The greatest of tension over yield force, bond force over capacity at its two nodes, and shear over strength.
+    limit : (n_elements,) int8
+        `BoltLimit`: which of the three it is; none where nothing acts, and in folders of before 2.0.0.
     shear_force : (n_elements,) float64 [N]
         Of a bolt with dowel action, where it crosses a joint: on the block on the head's side along `shear_direction`.
     shear_point, shear_direction : (n_elements, 2) float64 [m, -]
@@ -81,6 +92,7 @@ class BoltForces(Portable):
     slip: FloatArray
     plastic_stretch: FloatArray
     utilisation: FloatArray
+    limit: IntArray
     shear_force: FloatArray
     shear_point: FloatArray
     shear_direction: FloatArray
@@ -108,6 +120,7 @@ class BoltForces(Portable):
             slip=numbers,
             plastic_stretch=numbers,
             utilisation=numbers,
+            limit=np.zeros(0, np.int8),
             shear_force=numbers,
             shear_point=points,
             shear_direction=points,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
-from bsm_mesh.text.tables import engineering
+from bsm_mesh.text.tables import engineering, most_used
 
 BOLT_HEADER = ("bolt", "state", "greatest force", "utilisation", "force at the head", "support pressure")
 
@@ -17,8 +17,7 @@ def bolt_table(bolts: BoltForces) -> list[tuple[str, ...]]:
     """
     if (bolts.status == BoltStatus.ABSENT).all():
         return []
-    used = np.zeros(bolts.count)
-    np.maximum.at(used, bolts.bolt, bolts.utilisation)
+    used = [most_used(bolts, k) for k in range(bolts.count)]
     greatest, head, pressure = bolts.greatest_force, bolts.head_force, bolts.support_pressure
     rows: list[tuple[str, ...]] = []
     for k, name in enumerate(bolts.names):
@@ -27,6 +26,6 @@ def bolt_table(bolts: BoltForces) -> list[tuple[str, ...]]:
         if status != BoltStatus.ABSENT:
             on_wall = "-" if np.isnan(pressure[k]) else engineering(float(pressure[k]), "Pa")
             most, at_head = (engineering(float(force[k]), "N") for force in (greatest, head))
-            numbers = (most, f"{used[k]:.3g}", at_head, on_wall)
+            numbers = (most, used[k], at_head, on_wall)
         rows.append((name, status.name.lower(), *numbers))
     return rows

@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
 from bsm_mesh.movements import distances, lengths, translations
-from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.results.bolts import BoltForces, BoltLimit, BoltStatus
 from bsm_mesh.results.joint_faces import AT_STRENGTH
 from bsm_mesh.results.joint_sets import ROCK_FACE, joint_sets
 from bsm_mesh.results.movement import verdict_in_words
@@ -25,6 +25,12 @@ SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
 MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
 LONGEST_WORD = 13  # letters of a wrapped text that stay together where other columns are wide
 ROUNDING = 1e-12  # m: no slip
+OF_BOLTS = {  # words behind a utilisation
+    BoltLimit.NONE: "",
+    BoltLimit.STEEL: " of the steel",
+    BoltLimit.BOND: " of bond, plate or anchorage",
+    BoltLimit.DOWEL: " of the dowel",
+}
 SQUARED = ("m2", "m3")  # have no prefix: a mm2 is no thousandth of a m2
 
 
@@ -89,19 +95,28 @@ def bolt_rows(bolts: BoltForces) -> list[tuple[str, str]]:
     """Return greatest force and greatest utilisation, which need not be of one bolt, and the bolts' states."""
     if (bolts.status == BoltStatus.ABSENT).all():
         return [("bolts", _bolt_counts(bolts))]
-    worst, most_used = int(bolts.greatest_force.argmax()), "0"
+    worst, greatest = int(bolts.greatest_force.argmax()), "0"
     if bolts.utilisation.any():
         element = int(bolts.utilisation.argmax())
         bolt = int(bolts.bolt[element])
-        most_used = (
-            f"{bolts.utilisation[element]:.3g} ({bolts.names[bolt]}, {bolts.station[element + bolt]:.3g} m from its "
-            f"head, where its force is {engineering(float(bolts.axial_force[element]), 'N')})"
+        greatest = (
+            f"{most_used(bolts, bolt)} ({bolts.names[bolt]}, {bolts.station[element + bolt]:.3g} m from its head, "
+            f"where its force is {engineering(float(bolts.axial_force[element]), 'N')})"
         )
     return [
         ("greatest force in a bolt", f"{engineering(float(bolts.greatest_force[worst]), 'N')} ({bolts.names[worst]})"),
-        ("greatest utilisation of a bolt", most_used),
+        ("greatest utilisation of a bolt", greatest),
         ("bolts", _bolt_counts(bolts)),
     ]
+
+
+def most_used(bolts: BoltForces, bolt: int) -> str:
+    """Return the greatest utilisation along a bolt, and the strength that it is a part of."""
+    mine = np.flatnonzero(bolts.bolt == bolt)
+    if not mine.size:
+        return "0"
+    element = mine[bolts.utilisation[mine].argmax()]
+    return f"{bolts.utilisation[element]:.3g}{OF_BOLTS[BoltLimit(int(bolts.limit[element]))]}"
 
 
 def _bolt_counts(bolts: BoltForces) -> str:

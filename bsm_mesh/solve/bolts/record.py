@@ -29,6 +29,7 @@ def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvalua
     shear, point, across = np.zeros(len(at.tension)), np.zeros_like(at.direction), np.zeros_like(at.direction)
     shear[dowels.element], point[dowels.element] = at.dowels.force, at.dowels.point
     across[dowels.element] = at.dowels.across
+    used, limit = utilisation(installed, at)
     return BoltForces(
         names=tuple(bolt.name or f"bolt {k + 1}" for k, bolt in enumerate(bolts)),
         node_start=layout.node_start,
@@ -44,7 +45,8 @@ def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvalua
         bond_force=at.bond_force,
         slip=at.slip,
         plastic_stretch=installed.yielded,
-        utilisation=utilisation(installed, at),
+        utilisation=used,
+        limit=limit,
         shear_force=shear,
         shear_point=point,
         shear_direction=across,

@@ -6,7 +6,7 @@ import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.strength import MAX_UTILISATION
-from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.results.bolts import BoltLimit, BoltStatus
 from bsm_mesh.solve.bolts.chain import AT_LIMIT
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
@@ -30,14 +30,15 @@ def bolt_status(installed: InstalledBolts, at: BoltEvaluation) -> IntArray:
     return state.astype(np.int8)
 
 
-def utilisation(installed: InstalledBolts, at: BoltEvaluation) -> FloatArray:
-    """Return the largest of tension, bond force and shear over their limits, (n_elements,)."""
+def utilisation(installed: InstalledBolts, at: BoltEvaluation) -> tuple[FloatArray, IntArray]:
+    """Return the largest of tension, bond force and shear over their limits, and which it is, (n_elements,) each."""
     layout, dowels, first = installed.layout, installed.dowels, installed.layout.first_node
     bond = np.divide(np.abs(at.bond_force), layout.capacity, out=np.zeros(len(layout.block)), where=layout.capacity > 0)
-    used = np.maximum(at.tension, 0.0) / layout.yield_force[layout.bolt_of_element]
-    used = np.maximum(used, np.maximum(bond[first], bond[first + 1]))
-    used[dowels.element] = np.maximum(used[dowels.element], np.abs(at.dowels.force) / dowels.strength)
-    return np.minimum(used, MAX_UTILISATION)
+    parts = np.zeros((len(BoltLimit), len(first)))
+    parts[BoltLimit.STEEL] = np.maximum(at.tension, 0.0) / layout.yield_force[layout.bolt_of_element]
+    parts[BoltLimit.BOND] = np.maximum(bond[first], bond[first + 1])
+    parts[BoltLimit.DOWEL, dowels.element] = np.abs(at.dowels.force) / dowels.strength
+    return np.minimum(parts.max(axis=0), MAX_UTILISATION), parts.argmax(axis=0).astype(np.int8)
 
 
 def taut(installed: InstalledBolts, at: BoltEvaluation) -> BoolArray:
