@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
@@ -42,7 +42,7 @@ from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.modelfile.unused import unused_notes
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters import MeshReport
+    from bsm_mesh.converters import MeshReport, Note
 
 Reporter = Callable[[str], None]
 Mesher: TypeAlias = "Callable[[ModelFile, Path, Reach], tuple[Blocks, MeshReport]]"
@@ -238,6 +238,7 @@ def _loaded(
 ) -> LoadedModel:
     """Return a model with the findings in its mesh, and additional notes."""
     assert model.options is not None
+    report = replace(report, notes=_of_what_is_used(report, model))
     return LoadedModel(
         path=path,
         reach=reach,
@@ -248,6 +249,15 @@ def _loaded(
         mesh_lines=(*report.lines()[1:], *(f"note: {text}" for text in beside)),
         dangling=_dangling(report),
     )
+
+
+def _of_what_is_used(report: MeshReport, model: Model) -> tuple[Note, ...]:
+    """Return the notes on a mesh; rock on both sides of a boundary matters to loads and supports only."""
+    from bsm_mesh.converters import NoteKind
+
+    acting = (*model.supports, *model.loads, *(load for stage in model.stages for load in stage.loads))
+    used = {f"boundary:{getattr(each, 'boundary', None)}" for each in acting}
+    return tuple(note for note in report.notes if note.kind is not NoteKind.INTERIOR or note.name in used)
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_patterns import row_of_bolts
 from bsm_mesh.model.overlap import find_overlaps
+from tests.scenes.small_case import MODEL as SMALL
 from tests.scenes.small_case import Case
 
 X, Y = np.meshgrid(np.linspace(0, 10, 11), np.linspace(0, 5, 6))
@@ -65,6 +66,32 @@ def test_a_line_along_the_face_of_an_excavation_takes_it_for_a_row_of_bolts() ->
     bolts = row_of_bolts(blocks, boundary="face", length=2, interval=1, diameter=0.02)
     assert_allclose([bolt.start for bolt in bolts], [(4, y) for y in (4.5, 3.5, 2.5, 1.5, 0.5)])
     assert_allclose([bolt.end for bolt in bolts], [(6, y) for y in (4.5, 3.5, 2.5, 1.5, 0.5)])
+
+
+FACED = """
+from bsm_mesh.geometries import Excavation, JointSet, Region, RockMass, cut_blocks, rectangle, write_blocks
+
+
+def build(path):
+    rock = Region(outline=rectangle(0, 0, 2, 2), rock="gneiss")
+    cut = Excavation(outline=rectangle(0, 0, 1, 2), name="cut")
+    joints = [JointSet(name="J1", dip=0, spacing=1)]
+    write_blocks(cut_blocks(RockMass(regions=[rock, cut], joints=joints)), path)
+"""
+FACE = '[boundary.face]\nalong = [[1, 0], [1, 2]]\n[[stage]]\nname = "dig"\nexcavate = ["cut"]\n'
+
+
+@pytest.mark.parametrize("is_loaded", [False, True])
+def test_rock_on_both_sides_of_a_face_is_noted_where_a_load_acts_on_it(case: Case, is_loaded: bool) -> None:
+    case.write("faced.py", FACED)
+    load = '[[load]]\nboundary = "face"\npressure = "1 kPa"\n' if is_loaded else ""
+    case.write(
+        "model.toml", SMALL.replace('file = "mesh.msh"', 'geometry = "faced.py"\nblocks = "regions"') + load + FACE
+    )
+    outcome = case.run("check", "model.toml")
+    assert outcome.code == 0
+    assert "mesh: boundary:face: 4 block edges" in outcome.out
+    assert ("has blocks on both sides" in outcome.out) == is_loaded
 
 
 def test_edges_within_the_rock_along_a_line_are_named() -> None:
