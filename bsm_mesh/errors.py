@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 MAX_SHOWN = 12  # faults, or known names, in a message
 MAX_NAMED = 3  # sentences on one matter in a note or a reason: a reader needs the first few
+LEAST_PART = 4  # letters of a name that stand for a longer one
 LONGEST = 60  # characters of a value in a message
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 # What moves the cursor, colours, hides or turns round text on a terminal: control characters but tab and newline, the
@@ -157,12 +158,16 @@ def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:
     --------
     >>> nearest("joint a", ["joint A", "joint B"])
     "; did you mean 'joint A'? (known: joint A, joint B)"
+    >>> nearest("stress", ["histories", "principal_stresses"])
+    "; did you mean 'principal_stresses'? (known: histories, principal_stresses)"
     """
     names = sorted(known)
     if not names:
         return " (there are none)"
     lowered = {each.lower(): each for each in names}  # capitals are the least of differences
-    close = difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.8)
+    close += [each for each in lowered if len(name) >= LEAST_PART and name.lower() in each]
+    close += difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
     hint = f"; did you mean '{lowered[close[0]]}'?" if close else ""
     listed = ", ".join(names[:most]) + (", ..." if len(names) > most else "")
     return f"{hint} (known: {listed})"

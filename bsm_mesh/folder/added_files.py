@@ -30,6 +30,8 @@ class AddedFiles:
 
     def __init__(self, folder: Path) -> None:
         self.folder = ResultsFolder(folder)
+        if folder.is_file():
+            raise ModelError(f"{folder} is no folder; give a folder of results")
         refuse_unwritable(folder)
         if not (self.folder.place / SUMMARY).is_file():
             self.folder.refuse_foreign()

@@ -104,6 +104,7 @@ class InSitu:
         if self.method == "direct" and not self.describes_field:
             found.append(
                 "method = 'direct' needs the field: surface (level of the ground [m]) with k0, or stress = {xx, yy, xy}"
+                " (polyhedra: zz, yz, xz too)"
             )
         for name, default in (("surcharge", 0.0), ("k0", (0.0, 1.0, 0.0)), ("k0_across", None), ("trend", None)):
             if self.surface is None and getattr(self, name) != default:

@@ -32,6 +32,8 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
     tension : bool
         Whether its contacts may carry tension, so that it is asked at negative pressures too.
     """
+    if isinstance(law, str):
+        return [f"law = {law!r}: names are for model files; give a law, for example bsm.MohrCoulomb(friction=35)"]
     who = f"the law {type(law).__name__}"
     if not callable(getattr(law, "respond", None)) or isinstance(law, type):
         return [f"{who}: has no method respond(pressure, trial_shear, length, failed) (docs/theory_joint_laws.md)"]

@@ -93,6 +93,7 @@ THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1
 # Places, directions and movements.
 COORDINATE = Quantity(unit="m", least=-1e8, most=1e8, example='"2.5 m"')
 DIRECTION = Quantity(unit="degrees", least=-360, most=360, example="-90")
+AZIMUTH = Quantity(unit="degrees", least=-360, most=360, example="135")
 GRAVITY_PART = Quantity(
     part_of="of the weight", least=-2, most=2, usual=(-0.5, 0.5), example="0.15", why="it is a part of the unit weight"
 )

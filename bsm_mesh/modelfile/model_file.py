@@ -15,6 +15,7 @@ from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.modelfile.build_parts import faults_of_parts
 from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import ModelFile
+from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.reading import refuse_special
 from bsm_mesh.version import __version__
 
@@ -233,7 +234,22 @@ def _where_it_belongs(path: list[int | str], root: type[Table]) -> str:
     fields = table.by_key()
     inner = {name: _table_in(field.annotation) for name, field in fields.items() if _is_one_table(field.annotation)}
     homes = [f"{name} = {{ {key} = ... }}" for name, kind in inner.items() if kind is not None and key in kind.by_key()]
-    return f"; it belongs in {' or '.join(homes)}" if homes else nearest(key, fields, most=MAX_KEYS)
+    if homes:
+        return f"; it belongs in {' or '.join(homes)}"
+    return _of_other_dimensions(path, root) or nearest(key, fields, most=MAX_KEYS)
+
+
+def _of_other_dimensions(path: list[int | str], root: type[Table]) -> str:
+    """Return that a key is for models of three dimensions, or for those of the plane, where it is."""
+    if root not in (ModelFile, SpaceFile):
+        return ""
+    other = SpaceFile if root is ModelFile else ModelFile
+    known = path[:1] == path or str(path[0]) in other.by_key()
+    table = _table_at(path[:-1], other) if known else None
+    if table is None or str(path[-1]) not in table.by_key():
+        return ""
+    in_space = "; it is for three dimensions: write dimensions = 3 above all tables"
+    return in_space if root is ModelFile else "; it is for models of the plane; leave it out"
 
 
 def _is_one_table(annotation: Any) -> bool:

@@ -19,7 +19,7 @@ from bsm_mesh.modelfile.mesh_tables import PathText, Table, finite
 from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, ReportTable, SolverTable, StressRatio
 from bsm_mesh.modelfile.units import Lines, SpaceForce, SpaceStress, Vector
 
-Angle = Annotated[float, q.DIRECTION]
+Angle = Annotated[float, q.AZIMUTH]
 Dip = Annotated[float, q.DIP]
 Length = Annotated[float, q.JOINT_SPACING]
 

@@ -23,6 +23,11 @@ KEYS = [  # old, new, words
     ("title =", "schema_version = 0\ntitle =", ["schema_version = 0: is not known", "known: 1"]),
     ("[rock.gneiss]", "[rocks.gneiss]", ["unknown key 'rocks'", "did you mean 'rock'", "needs the key 'rock'"]),
     ("file =", "fiel =", ["[mesh]: unknown key 'fiel'", "did you mean 'file'"]),
+    (
+        FILE,
+        f"{FILE}box = [[0, 0, 0], [1, 1, 1]]\n",
+        ["[mesh]: unknown key 'box'; it is for three dimensions", "dimensions = 3"],
+    ),
     ("young =", "yuong =", ["[rock.gneiss]: unknown key 'yuong'", "did you mean 'young'"]),
     ("friction =", "frction =", ["[joint.J1]: unknown key 'frction'", "did you mean 'friction'"]),
     ("fix =", "fixed =", ["[[support]] number 1: unknown key 'fixed'", "did you mean 'fix'"]),

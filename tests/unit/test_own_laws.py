@@ -252,6 +252,7 @@ class OnlyUnderPressure(Coulomb):
         (OnlyNearTheSurface(30.0), r"respond returns a strength that is not 0 or more at the pressure 1e\+07 N/m"),
         (OnlyUnderPressure(30.0), "respond failed on arrays of 8 contacts: ValueError: out of range"),
         (30.0, "the law float: has no method respond"),
+        ("mohr_coulomb", "names are for model files; give a law, for example bsm.MohrCoulomb"),
         (Coulomb, "has no method respond"),  # the class instead of a law
         (NoJointResponse(30.0), "the law NoJointResponse: respond returns ndarray; it must return a bsm.JointResponse"),
         (WrongArguments(30.0), "the law WrongArguments: respond failed on arrays of 8 contacts: TypeError"),

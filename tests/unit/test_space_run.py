@@ -223,7 +223,13 @@ def test_what_is_for_the_plane_is_refused(case: Case) -> None:
         ('boundary = "bottom"\nfix', 'boundary = "floor"\nfix', "there is no boundary 'floor'"),
         ('boundary = "bottom"\nfix = "all"', 'blocks = [0]\nfix = "normal"', 'fix = "normal" needs a boundary'),
         ('fix = "all"', 'fix = ["x"]', "[[support]] number 1, fix"),
-        ('boundary = "bottom"\nfix', "point = [0, 0]\nfix", "unknown key 'point'"),
+        ('boundary = "bottom"\nfix', "point = [0, 0]\nfix", "unknown key 'point'; it is for models of the plane"),
+        (
+            'excavate = ["lid"]',
+            'shaking = { record = "q.csv" }',
+            "unknown key 'shaking'; it is for models of the plane",
+        ),
+        ("dip_direction = 90", "", "needs the key 'dip_direction', for example dip_direction = 135"),
         ('excavate = ["lid"]', 'excavate = ["lod"]', "there is no excavation 'lod'; did you mean 'lid'?"),
         ('excavate = ["lid"]', "excavate = [[[0, 0], [1, 0], [1, 1]]]", "[[stage]] number 1, excavate"),
         (
