@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Annotated, Any, Literal, get_args, get_origin
 
+from pydantic import TypeAdapter
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
@@ -73,7 +74,8 @@ def rows_of(fields: dict[str, FieldInfo]) -> list[tuple[str, ...]]:
         quantity = quantity_within(typed(field))
         meaning = (field.description or "").removesuffix(f" [{quantity.unit}]" if quantity else "")
         usual = quantity.usual_span.removesuffix(f" {quantity.unit}") if quantity else ""
-        given = quantity.span if quantity else form(field.annotation)
+        given = quantity.span if quantity else form(field.annotation) or form_of_schema(typed(field))
+        meaning = meaning or ("its keys are in a table of their own" if table_within(typed(field)) else "")
         rows.append((f"`{field.alias or key}`", default_of(field), given, usual, meaning.replace("|", "or")))
     return rows
 
@@ -94,9 +96,27 @@ def form(annotation: Any) -> str:
     words = [f'`"{word}"`' if isinstance(word, str) else f"`{word}`" for word in choices(annotation)]
     if words:
         return ", ".join(words)
-    return " or ".join(dict.fromkeys(kinds_of(annotation))) or "table"
+    return " or ".join(dict.fromkeys(kinds_of(annotation)))
 
 
+def form_of_schema(annotation: Any) -> str:
+    """Return what may be given by the JSON Schema of a type that reads its values itself."""
+    schema = TypeAdapter(annotation).json_schema()
+    return ", ".join(dict.fromkeys(_forms(schema))) or "table"
+
+
+def _forms(schema: dict[str, Any]) -> Iterator[str]:
+    for part in schema.get("anyOf", ()):
+        yield from _forms(part)
+    if "enum" in schema:
+        yield from (f'`"{word}"`' for word in schema["enum"])
+    elif schema.get("type") == "number" and "minimum" in schema and "maximum" in schema:
+        yield f"{schema['minimum']:g} to {schema['maximum']:g}"
+    elif schema.get("type") in NAMES:
+        yield NAMES[schema["type"]]
+
+
+NAMES = {"object": "table", "array": "list", "number": "number"}
 KINDS = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", list: "list", dict: "table"}
 
 
