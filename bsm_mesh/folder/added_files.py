@@ -31,7 +31,7 @@ class AddedFiles:
     def __init__(self, folder: Path) -> None:
         self.folder = ResultsFolder(folder)
         if folder.is_file():
-            raise ModelError(f"{folder} is no folder; give a folder of results")
+            raise ModelError(f"cannot write results to {folder}: it is not a folder; give a folder of results")
         refuse_unwritable(folder)
         if not (self.folder.place / SUMMARY).is_file():
             self.folder.refuse_foreign()

@@ -207,6 +207,7 @@ def test_plot_of_a_damaged_run(case: Case, name: str) -> None:
         (["compare", "gone.toml"], ["gone.toml: there is no such file"]),
         (["mesh", "nope"], ["there is no case 'nope'"]),
         (["plot", "."], [". holds no results"]),
+        (["report", "model.toml"], ["model.toml: it is not a folder; give a folder of results"]),
         (["new", "tunnel", "."], ["exists and is not empty"]),
     ],
 )
