@@ -4,7 +4,7 @@
 #     sh bootstrap.sh demo                      the whole chain on a built-in case
 #     sh bootstrap.sh COMMAND ARGS...           the same as: .venv/bin/bsm-mesh COMMAND ARGS...
 #     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf, gis, pandas, pyvista
-#     sh bootstrap.sh test [--all]              formatter, linter, types, doctests, tests, documentation; --all: every test
+#     sh bootstrap.sh test [--all]              formatter, linter, types, doctests, tests, documentation; --all: more tests, lowest versions
 #     sh bootstrap.sh docs                      the documentation as a site, in build/docs/html
 #     sh bootstrap.sh matrix [--smoke] [NAME]   tests with the lowest and the newest versions, and with every Python
 #
@@ -289,6 +289,7 @@ checks_beside_tests() {
     check "plain words" "$python" -m tools.words
     check "documentation" "$python" -m docs.build
     check "types" "$python" -m mypy
+    [ "$tier" != all ] || (unset TEST_SECONDS && matrix --smoke lowest)
 }
 
 test_all() {

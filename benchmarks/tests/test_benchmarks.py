@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 PEER = "import json; print(json.dumps({'verdict': 'at rest', 'note': 'none', 'residual': 0.5}))"
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_run(tmp_path):
     command = [sys.executable, "-m", "benchmarks", "--scene", "wall", "--sizes", "100", "--folder", str(tmp_path)]
     command += ["--programs", "bsm", "--peer", f'none={sys.executable} -c "{PEER}"']

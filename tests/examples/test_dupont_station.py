@@ -37,7 +37,7 @@ def test_nothing_moves_before_the_excavation_and_the_opening_stands(case: tuple[
     assert results.check().ok
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_settlement_is_greatest_right_of_the_centre_line(case: tuple[bsm.Model, bsm.Results]) -> None:
     told = station.movement_of(case[1]).summary()
     assert 6.0 < told["at"] < 10.0

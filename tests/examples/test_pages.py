@@ -50,7 +50,7 @@ SHAKEN = (
     """python -c "open('model.toml', 'a').write('\\n[[stage]]\\nname = \\'quake\\'\\n[stage.shaking]\\n"""
     """record = \\'quake.csv\\'\\n')" """
 )
-LONG = {f"docs/{name}.md" for name in ("earthquakes", "how_to", "limits", "pictures")}  # pages of a minute each
+LONG = {f"docs/{name}.md" for name in ("earthquakes", "how_to", "limits", "pictures", "tutorial")}  # of a minute
 PAGES = {  # pages that are followed, and what their reader has done before
     "docs/earth_pressure.md": [],
     "docs/earthquakes.md": [*SLOPE, QUAKE, SHAKEN],

@@ -11,7 +11,7 @@ from tests.scenes.random_models import jointed_banks, piles
 FEW = settings(max_examples=20, derandomize=True, deadline=None)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @FEW
 @given(st.one_of(piles(), jointed_banks()))
 def test_a_pile_ends_in_a_verdict(model):

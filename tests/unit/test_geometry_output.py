@@ -9,7 +9,7 @@ import pytest
 from tests.scenes.small_case import GEOMETRY, Case, run_process
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_what_a_geometry_prints_does_not_get_into_the_json(case: Case) -> None:
     """Gmsh prints past Python, so that only a process of its own shows it."""
     case.write("g.py", GEOMETRY)

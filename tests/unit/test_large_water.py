@@ -48,7 +48,7 @@ def test_rock_deep_in_water_has_the_stress_of_its_buoyant_weight():
     assert_allclose(stage.stress[1, 1, 1] - stage.stress_effective[1, 1, 1], -UNIT * middle, rtol=1e-4)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 4])
 def test_stiff_blocks_that_meet_in_water_rest_as_rigid_ones(seed, tmp_path):
     """Under an inclined table that crosses them; the certificate finds its water on their outlines."""
@@ -63,7 +63,7 @@ def test_stiff_blocks_that_meet_in_water_rest_as_rigid_ones(seed, tmp_path):
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_bolted_block_slides_in_water_as_a_rigid_one():
     """By a third of its length, through the table."""
     model = bolted().replace(water=level(0.3))

@@ -39,7 +39,7 @@ def test_least_friction_of_an_incline():
     assert str(found).startswith("friction 30: stable there")
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_greatest_load_on_an_incline():
     """A force down the incline on a block of weight W: W sin a + k F = W cos a tan(phi)."""
     a, W = np.radians(DIP), 25e3  # N: one m2

@@ -64,7 +64,7 @@ def test_stiff_blocks_in_a_row_come_to_rest_where_rigid_ones_do(seed):
     assert_allclose(zones, rigid, atol=1e-3 * np.abs(rigid).max())
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_block_that_is_shaken_meets_a_wall():
     """The base moves back under it, by more than the gap. Further on, the wall's face takes part in the balance."""
     polygons = [rectangle(-1, -1, 3, 0), rectangle(1.205, 0, 2, 1), rectangle(0.2, 0, 1.2, 1)]

@@ -48,7 +48,7 @@ def of_colour(shown: np.ndarray, colour: str) -> np.ndarray:
     return np.abs(shown - wanted).max(axis=2) < 0.02
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_every_picture_shows_something(results: Case) -> None:
     outcome = results.run("plot", "out/model")
     assert outcome.code == 0, outcome.err

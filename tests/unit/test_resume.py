@@ -204,6 +204,7 @@ def test_joints_that_in_situ_stress_closed_and_that_are_open_at_a_checkpoint(tmp
         assert content(out) == wanted
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("case", ["stages", "in situ"])
 def test_stages_of_blocks_with_zones(tmp_path: Path, left: list[Path], case: str) -> None:
@@ -334,7 +335,7 @@ def test_a_pattern_that_needed_double_precision_still_does(monkeypatch: pytest.M
     assert again.double_precision == (digest if same else "")
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("at_every_step")
 @pytest.mark.parametrize("stays", [True, False], ids=["full from then on", "full once"])
 def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:

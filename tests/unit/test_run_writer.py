@@ -121,7 +121,7 @@ def swap(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, no_wai
     return request.param
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @EVERY
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that are killed are forked")
 def test_killed_at_operations(tmp_path: Path, out: Path, old: Results, plain: Results, swap: str, every: int) -> None:
@@ -154,7 +154,7 @@ def test_killed_at_operations(tmp_path: Path, out: Path, old: Results, plain: Re
     assert set(while_old) == ({0, 1, 2} if swap == "exchanged" else {2})  # every stage was there before the next
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @EVERY
 @pytest.mark.parametrize("stays", [True, False], ids=["full from then on", "full once"])
 def test_out_of_room_at_operations(

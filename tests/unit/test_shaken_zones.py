@@ -196,7 +196,7 @@ def test_the_peak_acceleration_is_that_of_a_rigid_block():
     assert_allclose(found, expected, rtol=2e-3)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_peak_acceleration_of_a_block_that_slides_is_that_of_friction():
     """Friction of .2 gives a block no more than .2 g; its nodes have more."""
     model, _ = newmarks_block(zones=bsm.Zones(size=1.0, order=1, displacement="large"), how={"contact_damping": 0.2})

@@ -29,7 +29,7 @@ def slope(case: Case) -> Case:
     return case
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_block_slides_below_the_friction_of_its_dip_in_a_study(slope: Case) -> None:
     slope.write("study.toml", STUDY)
     outcome = slope.run("study", "study.toml", "--processes", "1")
@@ -44,7 +44,7 @@ def test_a_block_slides_below_the_friction_of_its_dip_in_a_study(slope: Case) ->
     assert (slope.folder / "out/study/pictures/model.png").is_file()
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_limit_of_a_key_is_that_of_statics(slope: Case) -> None:
     """With a horizontal part k of its weight towards the dip, the block slides at dip + atan(k) = friction."""
     command = ("safety", "slope.toml", "--vary", "gravity.horizontal", "0", "0.3", "--tolerance", "0.01", "--json")

@@ -233,7 +233,7 @@ def test_processes_or_a_scheduler(study: Case) -> None:
     study.refuses("study", "study.toml", "--processes", "2", "--scheduler", "tcp://h:1", says=["not both"])
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_run_that_fails_is_a_row(study: Case) -> None:
     study.write(
         "study.toml",
@@ -280,7 +280,7 @@ def test_what_is_of_no_study_is_never_replaced(study: Case) -> None:
     study.refuses("study", "study.toml", "-o", "mine/notes.txt", "-q", says=["is not a folder"])
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("done")
 def test_two_at_once_are_refused() -> None:
     from bsm_mesh.locks import free_lock, take_lock
@@ -306,7 +306,7 @@ def test_rows_do_not_depend_on_the_others(study: Case, whole: dict[str, list[Any
     assert answers["status"] == whole["status"][run]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_new_networks_by_seeds(study: Case) -> None:
     study.write("wall.toml", MODEL.replace(LOAD, "").replace('file = "mesh.msh"', 'geometry = "walls.py"'))
     high = msh([(x, 2 * y) for y in range(3) for x in range(3)])

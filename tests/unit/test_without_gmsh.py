@@ -38,7 +38,7 @@ for name, model in zip(sys.argv[1::2], sys.argv[2::2]):
 """
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_commands_on_a_mesh_file_load_no_gmsh(tmp_path: Path) -> None:
     """Both meshes that are read here and by meshio; the commands one after the other in one process."""
     (tmp_path / "by_meshio.toml").write_text((MODEL + LINEAR).replace("mesh.msh", "msh22.msh"), encoding="utf-8")

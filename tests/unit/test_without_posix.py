@@ -65,7 +65,7 @@ assert Msvcrt.locks
 """
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_model_is_checked_run_twice_verified_and_drawn(case: Case) -> None:
     case.write("model.toml", MODEL)
     plot = ["plot", "out/model", "--only", "final_position"]

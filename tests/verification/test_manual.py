@@ -82,7 +82,7 @@ def test_what_is_gone_is_noticed() -> None:
     assert not is_a_test("verification/gone.py::test_case")
 
 
-@pytest.mark.heavy  # two tables take the answers of all cases, wherever those were found
+@pytest.mark.slow  # two tables take the answers of all cases, wherever those were found
 @pytest.mark.parametrize("table", [table for table in TABLES if not table.is_slow], ids=lambda table: table.name)
 def test_the_pages_say_what_the_cases_find(table) -> None:
     page = (ROOT / table.page).read_text(encoding="utf-8")

@@ -28,7 +28,7 @@ def test_a_wave_enters_as_it_is_given_and_leaves_at_both_ends(direction, quantit
     assert not stage.shaking.base_acceleration.any()
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_boundary_that_is_not_quiet_sends_a_wave_back():
     """The base that holds: the same wave comes back whole, turned over."""
     model, speed = column(0, 40, quiet=("bottom",), wavelength=16.0, length=3.5)
