@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -147,6 +148,37 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: AnyBlocks, stages: Sequence[Stage
     _report_ends(faults, bolts, found)
     raise_faults([f"{label(bolts, b)} {text}" for b, text in enumerate(faults) if text])
     return found
+
+
+def cut_bolts(bolts: Sequence[Bolt], blocks: AnyBlocks, stages: Sequence[Stage], present: BoolArray) -> list[Bolt]:
+    """Return the parts of installed bolts that act where only some blocks (n,) are present.
+
+    A grouted bolt continues as its parts that join two blocks or more. An end-anchored one needs both anchorages.
+    """
+    if not bolts:
+        return []
+    passed, left = pass_blocks(bolts, blocks, stages), []
+    for b, bolt in enumerate(bolts):
+        mine = slice(*np.searchsorted(passed.bolt, (b, b + 1)))
+        there, first, last = present[passed.block[mine]], passed.first[mine], passed.last[mine]
+        if there.all() or (bolt.kind == "end_anchored" and there[0] and there[-1]):
+            left.append(bolt)
+        elif bolt.kind == "grouted":
+            ends = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int))).reshape(-1, 2)
+            left += [_part(bolt, first, last, begin, end) for begin, end in ends.tolist() if end - begin > 1]
+    return left
+
+
+def _part(bolt: Bolt, first: FloatArray, last: FloatArray, begin: int, end: int) -> Bolt:
+    """Return a bolt from the beginning of one of its pieces to the end of another; only its head has a plate."""
+    start, tip = np.asarray(bolt.start), np.asarray(bolt.end)
+    along = (tip - start) / bolt.length
+    changes: dict[str, Any] = {}
+    if begin > 0:
+        changes |= {"start": tuple((start + first[begin] * along).tolist()), "plate": 0.0}
+    if end < len(first):
+        changes["end"] = tuple((start + last[end - 1] * along).tolist())
+    return replace(bolt, **changes)
 
 
 def _given_fault(bolt: Bolt, *, spatial: bool) -> str:

@@ -166,6 +166,20 @@ def test_stages_and_bolts_of_later_ones():
         assert limit_analysis(model).admissible
 
 
+@pytest.mark.parametrize(
+    ("keys", "bears"), [({"kind": "grouted", "bond_strength": 30e3, "plate": 50e3}, 27e3), ({}, 0.0)]
+)
+def test_excavation_cuts_a_bolt(keys, bears):
+    """A bolt begins in the cube's pillar. Bond in 0.9 m of ceiling is left of it, and nothing without its anchorage."""
+    solids = [box((0, 0, 1), (1, 1, 2)), CUBE, box((0, 0, -1), (1, 1, 0))]
+    long = replace(bolt(0.5, 0.5, **keys), start=(0.5, 0.5, -0.5))
+    model = model_in_space(solids, fixed=(0, 2), bolts=[long], stages=[bsm.Stage(name="dug", excavate=[2])])
+    found = limit_analysis(model)
+    assert found.admissible == (bears > WEIGHT)
+    assert_allclose(found.factor, bears / WEIGHT, rtol=EXACT, atol=EXACT)
+    assert_allclose(found.bolt_force.max(initial=0.0), bears, rtol=EXACT)
+
+
 @pytest.mark.heavy
 def test_a_fall_with_bolts_is_proved():
     stage = bsm.run(model_in_space(SHARED, bolts=[bolt(0.5, 0.5, yield_strength=20e3 / AREA)])).stages[-1]

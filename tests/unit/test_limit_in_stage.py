@@ -8,6 +8,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.solve.limit_analysis import limit_tilt, strength_limit
+from bsm_mesh.solve.stages.as_built import in_stage
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.small_case import Case
@@ -124,3 +125,18 @@ def test_the_command_names_the_stage(case: Case) -> None:
     assert "stage" in outcome.out
     assert "steep" in outcome.out
     case.refuses("limit", "model.toml", "--stage", "step", says=["there is no stage 'step'; did you mean 'steep'"])
+
+
+@pytest.mark.parametrize(("kind", "left"), [("grouted", 1), ("end_anchored", 0)])
+def test_excavation_cuts_a_bolt(kind, left):
+    """A bolt from the held block through the sliding one into the ground ends in the void once that is excavated."""
+    start, end = turned(np.array([[-2.0, 0.45], [1.0, -0.5]]), DIP)
+    model = cliff().replace(bolts=[bsm.Bolt(start=tuple(start), end=tuple(end), diameter=0.025, kind=kind)])
+    before, after = (in_stage(model, stage)[1].model.bolts for stage in ("initial", "rain"))
+    assert before == tuple(model.bolts)
+    assert len(after) == left
+    stronger = strength_limit(model).factor > strength_limit(cliff()).factor + 0.01
+    assert stronger == bool(left)
+    if left:
+        assert turned(np.array([after[0].start]), -DIP)[0, 0] == pytest.approx(-1)
+        assert after[0].end == tuple(end)

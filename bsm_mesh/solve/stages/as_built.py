@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.bolt_layout import cut_bolts
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.in_stage import model_in_stage, model_up_to, resting_stage
 from bsm_mesh.model.loads import point_forces_of
@@ -24,7 +25,7 @@ def as_built(model: Model) -> SubModel:
     Raises
     ------
     ModelError
-        If statics alone cannot determine what acts there: part of the excavation forces is held, bolts are cut.
+        If statics alone cannot determine what acts there: part of the excavation forces is held, water flows.
     """
     if model.stages and model.stages[-1].relaxation[-1] < 1:
         raise ModelError(
@@ -48,7 +49,8 @@ def as_built(model: Model) -> SubModel:
     there = [None, *(stage.name for stage in model.stages)]
     changed = model_in_stage(model, len(model.stages))
     part = submodel_of(changed, here[-1], bars_of(model.supports, model.blocks), concatenate(forces), water)
-    bolts = [replace(bolt, stage=None) for bolt in model.bolts if bolt.stage in there]
+    installed = [bolt for bolt in model.bolts if bolt.stage in there]
+    bolts = [replace(bolt, stage=None) for bolt in cut_bolts(installed, model.blocks, model.stages, here[-1])]
     return replace(part, model=part.model.replace(bolts=bolts))
 
 
@@ -84,10 +86,11 @@ def part_of(part: SubModel, stays: BoolArray) -> SubModel:
     model = part.model
     forces = point_forces_of(model.acting_loads, model.blocks)
     inner = submodel_of(model, stays, bars_of(model.supports, model.blocks), forces, model.water, model.face_water)
+    bolts = cut_bolts(model.bolts, model.blocks, (), stays)
     present = np.zeros(len(part.present), dtype=bool)
     present[part.block[stays]] = True
     return SubModel(
-        model=inner.model.replace(bolts=model.bolts),
+        model=inner.model.replace(bolts=bolts),
         present=present,
         block=part.block[inner.block],
         corner=part.corner[inner.corner],
