@@ -278,9 +278,11 @@ def _report_ends(faults: list[str], bolts: Sequence[Bolt], found: Passages) -> N
 
 
 def _along(bolt: Bolt, distance: float) -> str:
-    """Return the point of a bolt at a distance [m] from its start, to be typed: in ten digits."""
+    """Return the point of a bolt at a distance [m] from its start, to be typed: in ten digits, also where it is 0."""
     start, end = np.asarray(bolt.start), np.asarray(bolt.end)
-    return f"({', '.join(f'{x:.10g}' for x in start + distance / bolt.length * (end - start))})"
+    point = start + distance / bolt.length * (end - start)
+    point[np.abs(point) < 1e-10 * bolt.length] = 0.0
+    return f"({', '.join(f'{x:.10g}' for x in point)})"
 
 
 def _boxes(blocks: Blocks, margin: float) -> FloatArray:
