@@ -263,8 +263,10 @@ def _table_at(path: list[int | str], root: type[Table]) -> type[Table] | None:
         if free or isinstance(part, int) or table is None:
             free = False
         else:
-            annotation = table.by_key()[str(part)].annotation
-            table, free = _table_in(annotation), "dict[" in str(annotation)
+            field = table.by_key().get(str(part))
+            if field is None:
+                return None
+            table, free = _table_in(field.annotation), "dict[" in str(field.annotation)
     return table
 
 

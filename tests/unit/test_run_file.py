@@ -75,6 +75,7 @@ def test_observers_are_told_too(case: Case) -> None:
 
 def test_what_was_mended_is_warned_of_where_it_is_called(case: Case) -> None:
     case.write("mesh.msh", msh(curves={**CURVES, "boundary:middle": [(3, 4)]}))
+    case.write("model.toml", MODEL + '\n[[load]]\nboundary = "middle"\npressure = "1 kPa"\n')
     for call in (lambda: bsm.run("model.toml", output=False), lambda: bsm.load("model.toml")):
         with pytest.warns(bsm.MeshWarning, match="middle") as told:
             call()
