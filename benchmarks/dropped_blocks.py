@@ -5,12 +5,11 @@ A block begins a millimetre above a fixed one, turned at random: it falls with c
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
 from typing import Any
 
-from benchmarks.pages import add_into, tell
+from benchmarks.pages import seeds_command
 from examples.numbers.pages import markdown
 from tests.scenes.dropped_blocks import KINDS, judged
 
@@ -31,19 +30,5 @@ def table(records: list[dict[str, Any]]) -> str:
     return markdown(("blocks", "models", "stable", "unstable", "not converged", *shares), rows)
 
 
-def main() -> None:
-    """Judge models, and print their table."""
-    parser = argparse.ArgumentParser(prog=MAKER, description=__doc__.splitlines()[0])
-    parser.add_argument("-n", type=int, default=120, help="models in all")
-    parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    add_into(parser, MAKER)
-    given = parser.parse_args()
-    records = []
-    for seed in range(given.first, given.first + given.n):
-        records.append(judged(seed))
-        print(records[-1], file=sys.stderr, flush=True)
-    tell(table(records), MAKER, given.into)
-
-
 if __name__ == "__main__":
-    main()
+    sys.exit(seeds_command(MAKER, __doc__, 120, judged, table))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import platform
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from bsm_mesh.files import write_text
 from examples.numbers.pages import markdown, parted, with_between
@@ -45,6 +47,27 @@ def table_command(
     add_into(parser, maker)
     given = parser.parse_args()
     tell(markdown(header, rows()), maker, given.into)
+    return 0
+
+
+def seeds_command(
+    maker: str,
+    about: str | None,
+    count: int,
+    judge: Callable[[int], dict[str, Any]],
+    table: Callable[[list[dict[str, Any]]], str],
+) -> int:
+    """Judge models by their seeds, and print their table or put it into a page; return the exit code."""
+    parser = argparse.ArgumentParser(prog=maker, description=(about or "").splitlines()[0])
+    parser.add_argument("-n", type=int, default=count, help="models in all")
+    parser.add_argument("--first", type=int, default=0, help="seed of the first")
+    add_into(parser, maker)
+    given = parser.parse_args()
+    records = []
+    for seed in range(given.first, given.first + given.n):
+        records.append(judge(seed))
+        print(records[-1], file=sys.stderr, flush=True)
+    tell(table(records), maker, given.into)
     return 0
 
 

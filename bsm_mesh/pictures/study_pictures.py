@@ -127,9 +127,9 @@ def _draw_values(figure: Any, table: StudyTable, answer: str) -> None:
                 at_top = np.full(int(unknown.sum()), height)
                 axes.plot(given[unknown], at_top, mark, color=colour, ms=6, transform=top, clip_on=False)
             if number_of_them := int(chosen.sum()):
-                without = f" ({unknown.sum()} above the frame: no value)" if unknown.any() else ""
-                label = f"{told}: {number_of_them}{'' if shown == 'failure' else without}"
-                axes.plot([], [], mark, color=colour, label=label)
+                above = unknown.any() and shown != "failure"
+                without = f" ({unknown.sum()} above the frame: no value)" if above else ""
+                axes.plot([], [], mark, color=colour, label=f"{told}: {number_of_them}{without}")
         axes.margins(y=0.15)
         if shown == "failure":
             axes.set_yticks([])
