@@ -64,15 +64,21 @@ def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
         return verdict
     fallen = sum(not fall.ignored for fall in stage.falls)
     gave_way = [f"{counted(fallen, 'block')} fell"] if fallen else []
+    gave_way += [moved] if (moved := moved_in_words(blocks, stage)) else []
+    return ", after ".join([Status.STABLE.value, *([" and ".join(gave_way)] if gave_way else [])])
+
+
+def moved_in_words(blocks: Blocks, stage: StageResult) -> str:
+    """Return how far blocks that count moved in a stage before they reached rest; empty: not far."""
     far = moved_far(blocks, stage)
     far = far[stage.counts[far]]
-    if far.size:
-        moved = distances(stage.stage_displacement[far])
-        most = int(moved.argmax())
-        up_to = "by" if far.size == 1 else "by up to"
-        size = part_of_size(blocks, int(far[most]), moved[most])
-        gave_way.append(f"{counted(far.size, 'block')} moved {up_to} {moved[most]:.3g} m ({size})")
-    return ", after ".join([Status.STABLE.value, *([" and ".join(gave_way)] if gave_way else [])])
+    if not far.size:
+        return ""
+    moved = distances(stage.stage_displacement[far])
+    most = int(moved.argmax())
+    up_to = "by" if far.size == 1 else "by up to"
+    size = part_of_size(blocks, int(far[most]), moved[most])
+    return f"{counted(far.size, 'block')} moved {up_to} {moved[most]:.3g} m ({size})"
 
 
 def part_of_size(blocks: Blocks, block: int, length: float) -> str:

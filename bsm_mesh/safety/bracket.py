@@ -125,7 +125,8 @@ def next_values(trials: Iterable[Judged], within: Range, count: int = 1) -> list
         How many trials continue at the same time.
     """
     tried = _different(trials)
-    if within.first != within.bound and all(trial.value == within.bound for trial in tried):
+    beyond = math.inf if within.bound is None else within.at(within.bound)
+    if within.first != within.bound and all(within.at(trial.value) >= beyond for trial in tried):
         return [within.first]
     found = bracket_of(tried, within)
     if found.stable is None:

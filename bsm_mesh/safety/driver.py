@@ -133,15 +133,19 @@ class Search:
     def run(self, most: int, processes: int = 1) -> Found:
         """Return what at most so many trials find, as many at a time as there are processes."""
         with pool_of(self._trials, processes) as run_all:
+            self._find_reference(run_all)
             while len(self._ended) < most:
                 values = next_values(self._judged(), self._within, processes) or self._unseen()
                 if not values:
                     break
                 self._try(values, run_all)
-                if self._reference is None and (first := self._first_stable()) is not None:
-                    self._set_reference(first, run_all)
+                self._find_reference(run_all)
                 self._forget()
         return self._found()
+
+    def _find_reference(self, run_all: RunAll) -> None:
+        if self._reference is None and (first := self._first_stable()) is not None:
+            self._set_reference(first, run_all)
 
     def _unseen(self) -> list[float]:
         """Return the ends of the bracket whose states are not there: proved and not run, or forgotten."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import get_args
 
-from bsm_mesh.errors import counted, raise_faults
+from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.in_stage import model_up_to, resting_stage
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
@@ -15,16 +15,13 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.residual import residual_note
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.values import Rules
-from bsm_mesh.movements import distances
-from bsm_mesh.results.movement import moved_far
 from bsm_mesh.safety.answer import FACTOR, Safety, Settings, answer_of, notes_on, run_options
 from bsm_mesh.safety.bound import Limit, limit_of
 from bsm_mesh.safety.bracket import Bracket, Range
 from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Search
-from bsm_mesh.safety.trials import STARTS, Reduction, Start, StrengthTrials, strength_trials
+from bsm_mesh.safety.trials import STARTS, Reduction, Start, StrengthTrials, slides_in, strength_trials
 from bsm_mesh.solve.stages.as_built import counted_blocks
-from bsm_mesh.text.tables import engineering
 
 LEAST, GREATEST = 0.05, 20.0  # factors beyond are not tried
 STIFFER = 10.0  # of the joints, in the spread
@@ -54,7 +51,8 @@ def factor_of_safety(
     factor is made narrower until it is closed.
 
     Where an earlier stage is not stable with the given strength, the factor is below 1. Strength is then raised in
-    every stage up to the one in question, whatever `start` is.
+    every stage up to the one in question, whatever `start` is. The same holds after a slide in an earlier stage, if the
+    stage in question is unstable from where the blocks lie.
 
     Parameters
     ----------
@@ -124,8 +122,8 @@ def factor_of_safety(
     limit = limit_of(model, reduction, given.falls)
     runs = strength_trials(model, given, reduction, None, start, report)
     found = _search(runs, limit, settings, report)
-    notes = [*_on_start(runs, name), *notes_on(found, settings), *_on_bound(runs, limit)]
-    notes += _on_opening(runs, found, limit)
+    notes = [*_on_start(runs, name), *_on_slides(found, name), *notes_on(found, settings), *_on_bound(runs, limit)]
+    notes += _on_opening(found, limit)
     others: list[tuple[str, Bracket]] = []
     for text, changed, other in _others(model, runs.start) if spread else ():
         report(f"spread: {text}")
@@ -146,7 +144,8 @@ def _search(runs: StrengthTrials, limit: Limit, settings: Settings, report: Call
     first = 1.0 if bound is None or bound > 1 else max(bound * (1 - 0.8 * settings.tolerance), LEAST)
     within = Range(good=LEAST, bad=GREATEST, first=first, bound=bound, tolerance=settings.tolerance, is_factor=True)
     model = runs.model
-    search = Search(runs, within, settings.failure, model.blocks, counted_blocks(model, runs.options.falls), report)
+    counts = counted_blocks(model, runs.options.falls)
+    search = Search(runs, within, settings.failure, model.blocks, counts, report, runs.known)
     return search.run(settings.trials, settings.processes)
 
 
@@ -179,7 +178,7 @@ def _on_start(runs: StrengthTrials, stage: str) -> tuple[str, ...]:
     """Say why strength was divided in every stage where another start was asked for."""
     if not runs.unreached:
         return ()
-    return (f"{runs.unreached}: stage '{stage}' is reached with more strength only, which every stage up to it has",)
+    return (f"{runs.unreached}; the strength of every stage up to '{stage}' is raised until they are stable",)
 
 
 def _on_bound(runs: StrengthTrials, limit: Limit) -> tuple[str, ...]:
@@ -209,22 +208,22 @@ def beside(bracket: Bracket, limit: Limit, settings: Settings) -> str:
     return f"upper bound by limit analysis: {factor:.4g} ({proof})"
 
 
-def _on_opening(runs: StrengthTrials, found: Found, limit: Limit) -> tuple[str, ...]:
+def _on_slides(found: Found, stage: str) -> tuple[str, ...]:
+    """Say which blocks slid in stages before the one in question, at the last stable factor."""
+    if (stable := found.states.get(found.bracket.stable or 0.0)) is None:
+        return ()
+    number = [each.name for each in stable.stages].index(stage)
+    its = "the factor is that of where the blocks reached rest; that stage has its own (--stage, in Python stage=)"
+    return tuple(f"{slide}: {its}" for slide in slides_in(stable.stages[:number], stable.blocks))
+
+
+def _on_opening(found: Found, limit: Limit) -> tuple[str, ...]:
     """Say why no strength is enough in the runs where statics knows of forces that would do."""
     tried = [trial.value for trial in found.trials]
     if found.bracket.stable is not None or found.bracket.unstable is None or found.bracket.undecided:
         return ()
     if limit.factor <= LEAST or min(tried) > LEAST:
         return ()
-    for stage in () if runs.before is None else runs.before.stages:
-        far = moved_far(runs.model.blocks, stage)
-        if (far := far[stage.counts[far]]).size:
-            moved = engineering(float(distances(stage.stage_displacement[far]).max()), "m")
-            return (
-                f"{counted(far.size, 'block')} moved by up to {moved} in stage '{stage.name}', with the strength that "
-                f"is given, and no strength in stage '{runs.model.stages[-1].name}' undoes that. Divide the strength "
-                f"in all stages (--start throughout), or ask about stage '{stage.name}'",
-            )
     return (
         f"blocks fall at {1 / LEAST:g} times the strength too, though statics proves nothing below "
         f"{limit.factor:.4g}: their joints open as they move, and open joints carry no shear; not strength but "

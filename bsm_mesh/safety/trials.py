@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.in_stage import model_up_to, stage_number, strength_in_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
 from bsm_mesh.movements import distances
+from bsm_mesh.results.movement import moved_in_words
+from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.criterion import Ended
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Resumption
@@ -89,7 +92,13 @@ class Reduction:
             parts.append("all joints")
         parts += ["rock faces"] * faces + ["rock in zones"] * zones + ["bolts"] * self.bolts
         whole = "; bolts keep their full capacity (--bolts divides it too; in Python bolts=True)"
-        return ", ".join(parts) + whole * bool(model.bolts and not self.bolts)
+        return ", ".join(parts) + self._left(model) + whole * bool(model.bolts and not self.bolts)
+
+    def _left(self, model: Model) -> str:
+        """Return the parts of the divided strength that stages have left, in words; empty: all of it."""
+        had, divided = strength_in_stage(model, len(model.stages)), self.parts(model, 1.0)
+        left = [f"{name} {had[name]:.4g}" for name in divided if had.get(name, 1.0) != 1.0]
+        return f"; of the strength that stages left, a part of the given one: {', '.join(left)}" if left else ""
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -113,6 +122,8 @@ class StrengthTrials:
     unreached : str
         Why the stage is not reached with the strength that is given, so that strength is divided throughout, whatever
         start was asked for; empty: it is reached.
+    known : tuple of Ended
+        Trials that were run to find that out.
     """
 
     model: Model
@@ -122,6 +133,7 @@ class StrengthTrials:
     begun: Checkpoint | None = None
     before: Results | None = None
     unreached: str = ""
+    known: tuple[Ended, ...] = ()
 
     def run(self, factor: float, limit: float | None = None) -> Ended:
         """Return how the model ends with its strength divided by a factor, or once a block moved that far [m]."""
@@ -163,6 +175,8 @@ def strength_trials(
 
     Where an earlier stage is not stable with the given strength, the stage is reached with more strength only. Then
     strength is divided in every stage, and the factor is below 1.
+
+    The same holds where blocks slid in an earlier stage and the stage is unstable from where they lie.
     """
     number = stage_number(model, stage)
     model = model_up_to(model, number)
@@ -182,7 +196,25 @@ def strength_trials(
         failed = before.stages[-1]
         why = f"stage '{failed.name}' is {failed.status.value} with the strength that is given ({failed.reason})"
         return replace(trials, start="throughout", unreached=why)
-    return replace(trials, begun=kept[0], before=before)
+    reached = replace(trials, begun=kept[0], before=before)
+    slides = slides_in(before.stages, model.blocks) if start == "stage" else []
+    return _after_slide(reached, slides[0], report) if slides else reached
+
+
+def _after_slide(reached: StrengthTrials, slide: str, report: Callable[[str], None]) -> StrengthTrials:
+    """Return the trials from where blocks lie after a slide; throughout, if the stage is unstable from there."""
+    report(f"{slide}: trial with the strength that is given")
+    first = reached.run(1.0)
+    if first.status is not Status.UNSTABLE:
+        return replace(reached, known=(first,))
+    name = reached.model.stages[-1].name
+    why = f"{slide} with the strength that is given, and stage '{name}' is unstable after it ({first.reason})"
+    return replace(reached, start="throughout", begun=None, before=None, unreached=why, known=(first,))
+
+
+def slides_in(stages: Sequence[StageResult], blocks: Blocks) -> list[str]:
+    """Return how far blocks moved in stages before they reached rest, a text for each stage in which they did."""
+    return [f"{moved} in stage '{stage.name}'" for stage in stages if (moved := moved_in_words(blocks, stage))]
 
 
 def limited(options: Options, limit: float | None) -> Options:

@@ -1,13 +1,12 @@
 """Factors of safety of models with stages: whose strength is divided, and where trials begin."""
 
 import pickle
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.safety.factor import _on_opening, factor_of_safety
+from bsm_mesh.safety.factor import factor_of_safety
 from bsm_mesh.safety.trials import Reduction, strength_trials
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
@@ -94,16 +93,41 @@ def test_a_stage_is_asked_about_before_the_bolts_of_a_later_one_are_there():
     assert factor_of_safety(model).stable > 3.0
 
 
-def test_blocks_that_moved_in_an_earlier_stage_are_why_no_strength_is_enough():
-    """A block slides to a wall once its holder is gone: not its joints are to blame for a fall in the next stage."""
-    stages = [bsm.Stage(name="dig", excavate=[2]), bsm.Stage(name="later")]
+def slides_to_a_wall(*stages):
+    """Return a block that slides to a wall as soon as what holds it is excavated, and the stages after that."""
     wall = turned(rectangle(-3.5, 0, -3.2, 0.5), DIP)
-    nothing_holds = SimpleNamespace(
-        trials=[SimpleNamespace(value=0.05)], bracket=SimpleNamespace(stable=None, unstable=0.05, undecided=())
-    )
-    for friction, words in ((20.0, "1 block moved by up to 2.2 m in stage 'dig'"), (FRICTION, "open joints carry no")):
-        model = model_of([*BLOCKS, wall], friction=friction, kn=1e10, fixed=(0, 2, 3)).replace(stages=stages)
-        runs = strength_trials(model, bsm.Options(), Reduction(), None, "stage", lambda text: None)
-        (note,) = _on_opening(runs, nothing_holds, SimpleNamespace(factor=0.7))
-        assert words in note
-        assert ("--start throughout" in note) == (friction == 20.0)
+    model = model_of([*BLOCKS, wall], friction=20.0, kn=1e10, fixed=(0, 2, 3))
+    return model.replace(stages=[bsm.Stage(name="dig", excavate=[2]), *stages])
+
+
+@pytest.mark.heavy
+def test_a_slide_to_rest_in_an_earlier_stage_is_said_beside_the_factor_of_where_the_block_lies():
+    """The wall holds the block at any strength; in stage `dig` it has a factor below 1."""
+    found = factor_of_safety(slides_to_a_wall(bsm.Stage(name="later")))
+    assert found.unstable is None
+    assert found.start == "strength reduced as stage 'later' begins"
+    assert found.notes[0].startswith("1 block moved by 2.2 m (2.2 times the block's size) in stage 'dig'")
+    values = [trial.value for trial in found.trials]
+    assert len(values) == len(set(values))
+
+
+@pytest.mark.heavy
+def test_a_stage_that_fails_after_a_slide_has_the_strength_of_every_stage_raised():
+    """No strength in stage `later`, which takes the wall away, brings the block back to where it was."""
+    told = []
+    found = factor_of_safety(slides_to_a_wall(bsm.Stage(name="later", excavate=[3])), report=told.append)
+    assert found.stable < np.tan(np.radians(20.0)) / np.tan(np.radians(DIP)) <= found.unstable * (1 + 1e-4)
+    assert found.is_closed
+    assert found.start == "strength reduced in every stage up to 'later'"
+    assert found.notes[0].startswith("1 block moved by 2.2 m (2.2 times the block's size) in stage 'dig' with the")
+    assert len(found.trials) <= 4
+
+
+def test_strength_that_stages_have_left_is_named_with_what_is_divided():
+    """In the words of the answer, for the stage in question; joints that are not divided are left out."""
+    left = "; of the strength that stages left, a part of the given one: J 0.9"
+    model = staged()
+    assert Reduction().words(model).endswith(left)
+    assert left not in Reduction().words(model.replace(stages=()))
+    other = bsm.Joint("K", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))
+    assert left not in Reduction(joints=("K",)).words(model.replace(joints=[*model.joints, other]))
