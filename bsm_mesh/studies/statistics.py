@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -72,6 +72,30 @@ class Spread:
     mean: float
     deviation: float
     quantiles: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extremes:
+    """Least and greatest value of an answer over chosen runs, which are no sample: a grid or a list.
+
+    Attributes
+    ----------
+    answer : str
+        Its column.
+    runs : int
+        How many have it.
+    least, greatest : float
+        Of these.
+    least_at, greatest_at : mapping of str to str
+        Values of the keys there, with their units.
+    """
+
+    answer: str
+    runs: int
+    least: float
+    least_at: Mapping[str, str]
+    greatest: float
+    greatest_at: Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,6 +202,20 @@ def spread_of(table: StudyTable, answer: str) -> Spread:
     return Spread(answer=answer, runs=len(values), mean=float(values.mean()), deviation=deviation, quantiles=quantiles)
 
 
+def extremes_of(table: StudyTable, answer: str) -> Extremes:
+    """Return the least and the greatest value of an answer, and the values of the keys that give them."""
+    values = answers_of(table)[answer]
+    least, greatest = int(np.nanargmin(values)), int(np.nanargmax(values))
+    return Extremes(
+        answer=answer,
+        runs=int(np.isfinite(values).sum()),
+        least=float(values[least]),
+        least_at=table.given_to(least),
+        greatest=float(values[greatest]),
+        greatest_at=table.given_to(greatest),
+    )
+
+
 def effects_on(table: StudyTable, answer: str) -> list[Effect]:
     """Return how an answer belongs to every key that holds numbers, the most decisive first."""
     values = answers_of(table)[answer]
@@ -205,11 +243,12 @@ def _effect(key: str, given: FloatArray, answer: str, values: FloatArray) -> Eff
 
 
 def summary_of(table: StudyTable, *, drawn: bool) -> dict[str, Any]:
-    """Return all of it, of plain values."""
+    """Return all of it, of plain values; `drawn` says whether the runs are a sample of chance."""
     answers = answers_of(table)
+    of_answer: Callable[[StudyTable, str], Spread | Extremes] = spread_of if drawn else extremes_of
     return {
         "failure": asdict(failure_of(table, drawn=drawn)),
-        "answers": [asdict(spread_of(table, name)) for name in answers if name != "failure"],
+        "answers": [asdict(of_answer(table, name)) for name in answers if name != "failure"],
         "effects": [asdict(effect) for name in answers for effect in effects_on(table, name)],
         "seconds": math.fsum(table.numbers("seconds")[np.isfinite(table.numbers("seconds"))]),
     }

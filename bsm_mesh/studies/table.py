@@ -72,6 +72,14 @@ class StudyTable:
         units: dict[str, str] = json.loads(self.metadata.get(UNITS, "{}"))
         return units.get(key, "")
 
+    def given_to(self, row: int) -> dict[str, str]:
+        """Return the values that the keys have in a row, with their units, in words."""
+        given = {key: self.columns[key][row] for key in self.keys}
+        return {
+            key: f"{value:g} {self.unit(key)}".rstrip() if isinstance(value, int | float) else str(value)
+            for key, value in given.items()
+        }
+
     def is_number(self, name: str) -> bool:
         """Return whether a column holds numbers."""
         return all(value is None or isinstance(value, int | float) for value in self.columns[name])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from bsm_mesh.errors import counted
@@ -47,9 +47,11 @@ def study_rows(summary: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...], R
             *(_shown(told["quantiles"][name], told["answer"]) for name in SHOWN_QUANTILES),
         )
         for told in summary["answers"]
+        if "mean" in told
     ]
     if answers:
         tables.append(("Answers", ("", "runs", "mean", "deviation", *SHOWN_QUANTILES), answers))
+    tables += _extremes(summary["answers"])
     for answer in dict.fromkeys(told["answer"] for told in summary["effects"]):
         effects: Rows = [
             (told["key"], f"{told['correlation']:+.2f}", *(_shown(told[end], answer) for end in ("low", "high")))
@@ -62,6 +64,21 @@ def study_rows(summary: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...], R
     return tables
 
 
+def _extremes(answers: Iterable[Mapping[str, Any]]) -> list[tuple[str, tuple[str, ...], Rows]]:
+    """Return the table of the least and the greatest answers of a grid or a list; none of runs that were drawn."""
+    rows: Rows = [
+        (
+            f"{end} {NAMES[told['answer']].removeprefix('greatest ')}",
+            _shown(told[end], told["answer"]),
+            ", ".join(f"{key} = {value}" for key, value in told[f"{end}_at"].items()),
+        )
+        for told in answers
+        if "least" in told
+        for end in ("least", "greatest")
+    ]
+    return [("Answers (chosen values are no sample: no mean, no probability)", ("", "", "at"), rows)] if rows else []
+
+
 def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
         ("runs", str(told["runs"])),
@@ -71,11 +88,11 @@ def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("undecided", str(told["undecided"])),
         ("crashed", str(told["failed"])),
     ]
-    if told["share"] is not None:
-        rows.append(("share that fails, of those with a verdict", f"{told['share']:.4g}"))
-    if told["interval"] is not None:
-        low, high = told["interval"]
-        rows.append((f"probability of failure, {100 * told['confidence']:g} % interval", f"{low:.4g} to {high:.4g}"))
+    if told["interval"] is None:  # a grid or a list: its shares are those of the chosen values
+        return rows
+    rows.append(("share that fails, of those with a verdict", f"{told['share']:.4g}"))
+    low, high = told["interval"]
+    rows.append((f"probability of failure, {100 * told['confidence']:g} % interval", f"{low:.4g} to {high:.4g}"))
     if told["undecided"] or told["failed"]:
         low, high = told["bounds"]
         rows.append(("share that fails, if none or all of the runs without a verdict fail", f"{low:.4g} to {high:.4g}"))

@@ -65,6 +65,22 @@ def test_a_run_without_a_factor_of_safety_is_above_the_frame_and_counted() -> No
     assert rows["runs without a factor of safety"] == "1"
 
 
+def test_a_grid_names_the_values_of_its_least_and_greatest_answers_and_no_statistics_of_a_sample() -> None:
+    """Its values were chosen: their mean and the share that fails say nothing of the rock."""
+    answers = [{"status": "stable", "factor": factor} for factor in (1.2, 0.9, 1.6)]
+    units = {UNITS: json.dumps({"friction": "degrees"})}
+    table = replace(table_of(answers, factor=True, friction=[30.0, 24.0, 36.0]), metadata=units)
+    (_, _, counts), (_, _, extremes), *_ = study_rows({"title": "", **summary_of(table, drawn=False)})
+    assert not [name for name, *_ in counts if "share" in name or "probability" in name]
+    assert extremes == [
+        ("least factor of safety", "0.9", "friction = 24 degrees"),
+        ("greatest factor of safety", "1.6", "friction = 36 degrees"),
+    ]
+    drawn = study_rows({"title": "", **summary_of(table, drawn=True)})
+    assert "mean" in drawn[1][1]
+    assert [name for name, *_ in drawn[0][2] if "probability of failure" in name]
+
+
 def test_axes_of_keys_have_units() -> None:
     units = {UNITS: json.dumps({"friction": "degrees", "tilt": ""})}
     figure = paper((10, 5))
