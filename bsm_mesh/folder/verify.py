@@ -47,6 +47,10 @@ class Ground:
     holds: bool
     text: str
 
+    def __str__(self) -> str:
+        """Return the ground in words; one that does not hold says so."""
+        return f"{self.kind}: {'' if self.holds else 'DOES NOT HOLD: '}{self.text}"
+
 
 def print_grounds(grounds: Sequence[Ground], *, as_json: bool) -> int:
     """Print the grounds of all stages; return the exit code."""
@@ -54,8 +58,7 @@ def print_grounds(grounds: Sequence[Ground], *, as_json: bool) -> int:
         say_json([asdict(ground) for ground in grounds])
     else:
         for ground in grounds:
-            doubt = "" if ground.holds else "DOES NOT HOLD: "
-            say(f"{named_stage(ground.stage)}: {ground.verdict}, {ground.kind}: {doubt}{ground.text}")
+            say(f"{named_stage(ground.stage)}: {ground.verdict}, {ground}")
     return HELD if all(ground.holds for ground in grounds) else FAILED
 
 

@@ -16,6 +16,7 @@ from bsm_mesh.folder.key_block_files import RECORD
 from bsm_mesh.folder.own_files import SUMMARY
 from bsm_mesh.folder.safety_files import ANSWER, LIMIT, SAFETY
 from bsm_mesh.folder.saved_results import damage_told
+from bsm_mesh.modelfile.model_text import MODEL
 from bsm_mesh.pages.report_answers import (
     answers_beside,
     is_study,
@@ -73,7 +74,7 @@ def write_report(
         The folder of the factor of safety for the first page of a run's report; by default ``OUT-safety`` and
         ``OUT-safety-STAGE`` that belong to the same model.
     note : callable
-        Gets a sentence where the page shows another model, or input that was edited later.
+        Gets a sentence where a verdict does not hold, and where the page shows another model or input edited later.
 
     Raises
     ------
@@ -86,7 +87,11 @@ def write_report(
     added = AddedFiles(out) if not is_study(out) else None
     with damage_told(out):
         content = _content(out, progress, pictures=pictures, safety=safety)
-    for text in (*content.get("strangers", ()), *_edited_fields(out, content["fields"])):
+    for text in (
+        *content.get("doubts", ()),
+        *content.get("strangers", ()),
+        *_edited_fields(out, content["fields"], chosen),
+    ):
         note(text)
     content["fields"] = _fields(chosen, content["fields"])
     if chosen.picture is not None:
@@ -149,22 +154,27 @@ def _of_other_models(answers: list[dict[str, Any]], model_hash: str) -> list[str
     return found
 
 
-def _edited_fields(out: Path, fields: Mapping[str, Any]) -> list[str]:
-    """Return a note where ``NAME.toml`` of the results ``out/NAME`` has another head than when it was run."""
+def _edited_fields(out: Path, fields: Mapping[str, Any], chosen: ReportFields) -> list[str]:
+    """Return a note where the model file has another head than when it was run, or is not where it is looked for.
+
+    The model file of ``out/NAME``, ``out/NAME-safety`` and so on is ``NAME.toml`` beside ``out``.
+    """
     folder = out.absolute()
-    source = folder.parent.parent / f"{folder.name}.toml"
-    if folder.parent.name != "out" or not source.is_file():
-        return []
+    beside = folder.parent.parent.glob("*.toml") if folder.parent.name == "out" else ()
+    named = [path for path in beside if f"{folder.name}-".startswith(f"{path.stem}-")]
+    cure = "give --project, --author and --date, or run the model again"
+    if not named:
+        if not (folder / MODEL).is_file() or all((chosen.project, chosen.author, chosen.date)):
+            return []
+        return [f"the head of the page is [report] of {out / MODEL}, the model as it was run; {cure} for another one"]
+    source = max(named, key=lambda path: len(path.stem))
     try:
         now = tomllib.loads(source.read_text(encoding="utf-8")).get("report", {})
     except (OSError, ValueError):
         return []
     if _fields(ReportFields(), now) == _fields(ReportFields(), fields):
         return []
-    return [
-        f"[report] in {source} is not that of the run, which the page shows; give --project, --author, --date, or run "
-        "the model again"
-    ]
+    return [f"[report] in {source} is not that of the run, which the page shows; {cure}"]
 
 
 def _results(out: Path, progress: Callable[[str], None], *, pictures: bool) -> dict[str, Any]:

@@ -68,6 +68,11 @@ def content_of(out: Path) -> dict[str, Any]:
         "title": told["title"] or out.name,
         "fields": tomllib.loads(model).get("report", {}) if model else {},
         "heading": heading(told),
+        "doubts": [
+            f"the verdict on {named_stage(stage)} DOES NOT HOLD in the check (bsm-mesh verify): {ground.text}"
+            for stage, ground in grounds.items()
+            if not ground.holds
+        ],
         "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
         "joint_header": joint_header(results),
         "bolt_header": BOLT_HEADER,
@@ -96,7 +101,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     most = int(moved.argmax())
     at = place(results.blocks.moments.centroid[most].round(2))  # to the centimetre
     rows: Rows = list(describe(results, stage))
-    rows.insert(2, ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"))
+    rows.insert(2, ("checked", "no ground was written" if ground is None else str(ground)))
     if moved[most] > 0:
         rows.append(
             ("greatest displacement in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}")

@@ -15,6 +15,8 @@ import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
 from bsm_mesh.commands.safety import ask_safety
 from bsm_mesh.folder.own_files import own_files
+from bsm_mesh.folder.verify import Ground
+from bsm_mesh.pages import report_results
 from bsm_mesh.pages.report_results import PNG, _shown, input_tables
 from bsm_mesh.pictures.pictures import NAMES
 from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
@@ -47,6 +49,19 @@ def test_verdicts_with_their_grounds(slope):
     assert page.count("<td>stable</td>") == 2
     assert "equilibrium: every block is in balance" in page
     assert 'class="fails"' not in page
+
+
+def test_a_verdict_that_does_not_hold_is_said_in_words_on_the_page_and_by_the_command(answered, monkeypatch):
+    """A colour alone is lost in print and to some eyes."""
+    ground = Ground(
+        stage="initial", verdict="stable", kind="equilibrium", holds=False, text="block 0 is out of balance"
+    )
+    monkeypatch.setattr(report_results, "grounds_in", lambda out: (ground,))
+    outcome, page = report(answered[0], "--no-pictures")
+    said = "the verdict on stage initial DOES NOT HOLD in the check (bsm-mesh verify): block 0 is out of balance"
+    assert f"note: {said}" in outcome.stderr
+    assert page.index(said) < page.index("<h2>")
+    assert "<td>checked</td><td>equilibrium: DOES NOT HOLD: block 0 is out of balance</td>" in page
 
 
 def test_numbers_are_those_of_the_results(slope):
@@ -282,6 +297,24 @@ def test_a_head_that_was_edited_after_the_run_is_named(answered, tmp_path):
     outcome, page = report(folder, "--no-pictures")
     assert f"[report] in {source} is not that of the run" in outcome.stderr
     assert "A. Engineer" in page
+
+
+def test_the_head_of_results_away_from_their_model_file_is_that_of_the_run(answered, tmp_path):
+    """An edited model file that no one finds has no effect, and the command says which head the page has."""
+    folder = shutil.copytree(answered[0], tmp_path / "elsewhere")
+    said = f"note: the head of the page is [report] of {folder / 'model.toml'}, the model as it was run"
+    assert said in report(folder, "--no-pictures")[0].stderr
+    given = ("--project", "P", "--author", "B. Other", "--date", "today")
+    assert "the head of the page" not in report(folder, "--no-pictures", *given)[0].stderr
+
+
+def test_the_head_of_a_factor_of_safety_is_that_of_its_model_file(answered, tmp_path):
+    """The file of `out/model-safety` is `model.toml`."""
+    folder = shutil.copytree(answered[1], tmp_path / "out" / "model-safety")
+    source = tmp_path / "model.toml"
+    source.write_text((answered[0] / "model.toml").read_text(encoding="utf-8").replace("A. Engineer", "B. Other"))
+    outcome, _ = report(folder, "--no-pictures")
+    assert f"[report] in {source} is not that of the run" in outcome.stderr
 
 
 def test_an_overview_of_ones_own(answered, tmp_path):
