@@ -11,7 +11,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.errors import ModelError, as_given, shortened
+from bsm_mesh.errors import ModelError, UnknownNameError, as_given, nearest, shortened
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.signedinteger[Any]]
@@ -27,6 +27,8 @@ Owner = TypeVar("Owner")
 class ReadOnlyMapping(Mapping[str, Value]):
     """A mapping that nobody can change; it can be pickled, which Python's own (`types.MappingProxyType`) cannot.
 
+    A name that it does not have is a `bsm_mesh.ModelError` with the names that it has.
+
     Examples
     --------
     >>> ReadOnlyMapping({"top": 1})
@@ -39,7 +41,17 @@ class ReadOnlyMapping(Mapping[str, Value]):
         self._content = dict(content)
 
     def __getitem__(self, key: str) -> Value:
-        return self._content[key]
+        try:
+            return self._content[key]
+        except KeyError:
+            raise UnknownNameError(f"there is no {key!r}{nearest(str(key), map(str, self._content))}") from None
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._content
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """Return a value, or `default` without the search for names that are near."""
+        return self._content.get(key, default)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._content)

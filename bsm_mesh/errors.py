@@ -77,6 +77,20 @@ class ModelError(InputError):
     """
 
 
+class UnknownNameError(ModelError, KeyError):
+    """A mapping does not have a name; `KeyError` as well, as Python's mappings raise.
+
+    Examples
+    --------
+    >>> str(UnknownNameError("there is no 'crest' (known: toe)"))
+    "there is no 'crest' (known: toe)"
+    """
+
+    def __str__(self) -> str:
+        """Return the text itself: that of `KeyError` is quoted."""
+        return self._text()
+
+
 class SingularMatrixError(ArithmeticError):
     """The stiffness matrix is singular: something can move without resistance."""
 

@@ -157,7 +157,7 @@ def _of_other_models(answers: list[dict[str, Any]], model_hash: str) -> list[str
 def _edited_fields(out: Path, fields: Mapping[str, Any], chosen: ReportFields) -> list[str]:
     """Return a note where the model file has another head than when it was run, or is not where it is looked for.
 
-    The model file of ``out/NAME``, ``out/NAME-safety`` and so on is ``NAME.toml`` beside ``out``.
+    ``NAME.toml`` in the folder of ``out`` is the model file of ``out/NAME`` and of ``out/NAME-safety``.
     """
     folder = out.absolute()
     beside = folder.parent.parent.glob("*.toml") if folder.parent.name == "out" else ()

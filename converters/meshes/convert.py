@@ -198,7 +198,7 @@ def _blocks_of(
         vars(elements)["overlaps"] = overlaps  # none, which takes long to find out again
         notes = (*notes, *more)
     notes = (*notes, *loose_notes(loose, elements.vertices, elements.offsets))
-    return elements, _report(cells, elements, bolts, notes)
+    return elements, _report(cells, elements, blocks_from, bolts, notes)
 
 
 def _assemble(
@@ -302,7 +302,9 @@ def _no_rock_notes(cells: MeshCells, outlines: Outlines, block_of: LongArray) ->
     return [Note(kind=NoteKind.NO_ROCK, count=int(without.size), text=text)]
 
 
-def _report(cells: MeshCells, blocks: Blocks, bolts: Mapping[str, FloatArray], notes: tuple[Note, ...]) -> MeshReport:
+def _report(
+    cells: MeshCells, blocks: Blocks, blocks_from: str, bolts: Mapping[str, FloatArray], notes: tuple[Note, ...]
+) -> MeshReport:
     in_rock = np.bincount(blocks.rock, minlength=len(blocks.rock_names))
     on_joint = np.bincount(blocks.edge_joint[blocks.edge_joint >= 0], minlength=len(blocks.joint_names))
     groups = {f"rock:{name}": int(count) for name, count in zip(blocks.rock_names, in_rock, strict=True)}
@@ -316,6 +318,7 @@ def _report(cells: MeshCells, blocks: Blocks, bolts: Mapping[str, FloatArray], n
         elements=cells.count,
         pieces=len(cells.pieces),
         blocks=blocks.count,
+        blocks_from=blocks_from,
         groups=groups,
         bolts=bolts,
         notes=notes,

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from types import MappingProxyType
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, ReadOnlyMapping
 from bsm_mesh.errors import counted, place
 
 
@@ -79,6 +78,8 @@ class MeshReport:
         Line elements in the mesh, as given.
     blocks : int
         Blocks made.
+    blocks_from : str
+        ``elements``: every element is a block; ``regions``: every region between joints is one.
     groups : mapping of str to int
         Groups used, ``kind:name``, with the number of blocks or edges in each.
     bolts : mapping of str to (n, 2, 2) float64 [m]
@@ -92,13 +93,14 @@ class MeshReport:
     elements: int
     pieces: int
     blocks: int
+    blocks_from: str
     groups: Mapping[str, int]
     bolts: Mapping[str, FloatArray] = field(default_factory=dict)
     notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("groups", "bolts"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
 
     def about(self, kind: NoteKind) -> Mapping[str, int]:
         """Return the counts of all notes of one kind, by name."""
@@ -117,7 +119,7 @@ class MeshReport:
         found = [f"  {name}: {counted(count, _thing(name))}" for name, count in self.groups.items()]
         return [
             f"{self.source}: {counted(self.nodes, 'node')}, {counted(self.elements, 'surface element')}, "
-            f"{counted(self.pieces, 'line element')}; {counted(self.blocks, 'block')}",
+            f"{counted(self.pieces, 'line element')}; {counted(self.blocks, 'block')} (blocks = '{self.blocks_from}')",
             *found,
             *(f"  note: {note.text}" for note in self.notes),
         ]

@@ -123,3 +123,16 @@ def test_a_copy_keeps_what_was_found_out_about_the_outlines() -> None:
     blocks = everything().blocks
     moments = blocks.moments
     assert blocks.with_boundary("more", lambda x, y: y < 1e-9).moments is moments
+
+
+def test_a_name_that_a_mapping_does_not_have_is_an_error_with_the_names_that_it_has():
+    """`KeyError: 'crest'` names neither; for Python it is one all the same."""
+    blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="r")
+    blocks = blocks.with_boundary("crests", lambda x, y: y > 0.9)
+    with pytest.raises(bsm.ModelError, match=r"^there is no 'crest'; did you mean 'crests'\? \(known: crests\)$"):
+        blocks.boundaries["crest"]
+    with pytest.raises(KeyError):
+        blocks.excavations["core"]
+    assert "crest" not in blocks.boundaries
+    assert blocks.boundaries.get("crest") is None
+    assert blocks.boundaries.get("crest", 3) == 3

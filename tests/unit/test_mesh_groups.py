@@ -143,3 +143,14 @@ def test_a_printed_report_is_text() -> None:
     _, report = convert({"rock:a": [[0, 1, 2], []]})
     assert str(report) == "\n".join(report.lines())
     assert "rock:a: 3 blocks" in str(report)
+
+
+def test_a_printed_report_says_whether_elements_or_regions_are_blocks() -> None:
+    """Plane meshes and meshes in space have different defaults, so that a reader sees which was taken."""
+    sets = {"rock:a": [[0, 1, 2], []]}
+    for choice, made in (
+        ({}, "3 blocks (blocks = 'elements')"),
+        ({"blocks": "regions"}, "1 block (blocks = 'regions')"),
+    ):
+        _, report = convert_mesh(POINTS, CELLS, sets, **choice)
+        assert str(report).splitlines()[0].endswith(made)
