@@ -98,7 +98,7 @@ def draw_sets(axes: Any, sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]]
 
 def finish_net(axes: Any, title: str, *, below: bool = False) -> None:
     """Add legend, in the upper left corner or below, and heading to a net."""
-    where: dict[str, Any] = {"loc": "lower center", "ncols": 3} if below else {"loc": "upper left"}
+    where: dict[str, Any] = {"loc": "lower center", "ncols": 2} if below else {"loc": "upper left"}
     if below:
         axes.set_ylim(-1.6, 1.2)
     for text in axes.legend(fontsize=8, frameon=False, **where).get_texts():

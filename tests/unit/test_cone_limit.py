@@ -45,6 +45,29 @@ def test_a_push_at_the_foot_slides_at_the_friction():
     ).all()
 
 
+@pytest.mark.parametrize(("narrow", "fits"), [(1e-5, True), (0.1, False)])
+def test_a_solver_that_gives_up_next_to_the_factor_leaves_an_upper_bound(monkeypatch, narrow, fits):
+    """A block on a slope of 20 degrees: next to nothing is lacking there. Farther off it is an error."""
+    blocks = column()
+    analysis = analysis_of(blocks)
+    strength, slope = ConeStrength.coulomb(analysis.points.area, 35), np.radians(20.0)
+    loads = weights(blocks.moments, np.ones(2), (np.sin(slope), 0, -np.cos(slope)))
+    balance, exact = analysis.program.balance, np.tan(np.radians(35.0)) / np.tan(slope)
+
+    def gives_up(loads, strength):
+        found = balance(loads, strength)
+        if abs(found.value) < narrow:
+            raise bsm.ModelError("limit analysis: the linear program could not be solved (InsufficientProgress)")
+        return found
+
+    monkeypatch.setattr(analysis.program, "balance", gives_up)
+    if fits:
+        assert exact * (1 - EXACT) <= analysis.strength_factor(loads, strength) <= exact * (1 + 1e-3)
+    else:
+        with pytest.raises(bsm.ModelError, match="could not be solved"):
+            analysis.strength_factor(loads, strength)
+
+
 @pytest.mark.parametrize("azimuth", [0, 20, 45, 70])
 def test_a_column_topples_about_its_edge(azimuth):
     """Gravity turned towards an azimuth: tan(tilt) = b / (h max(cos, sin)) of a square column, over one edge."""

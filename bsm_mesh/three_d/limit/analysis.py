@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import ModelError
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.moments import Moments
 from bsm_mesh.three_d.limit.program import NOTHING, ConeProgram, Optimum
@@ -22,6 +23,7 @@ from bsm_mesh.three_d.limit.ties import Ties
 
 MOST = 1000.0  # greatest factor sought, 1 / MOST the least
 ACCURACY = 1e-5  # relative, of the factor
+NEAR = 5e-4  # the same, where the solver gives up next to it
 SLOW = 1e-6  # of the fastest block: others do not move
 ENORMOUS = 1e6  # times all loads together: forces that no rock bears
 
@@ -173,20 +175,31 @@ class LimitAnalysis3D:
 
         Divided is that of all points, or of chosen ones (m,), and of the bolts or not. 0 where a thousandfold strength
         does not suffice, infinite where a thousandth does.
+
+        Next to the factor next to nothing is lacking, and the solver may give up. Then the factor is one a little
+        greater, at which strength is lacking, if none is a little below.
         """
         from scipy.optimize import brentq
 
-        def lacking(logarithm: float) -> float:
-            return (
-                self.program.balance(loads, strength.divided(math.exp(logarithm), chosen, bolts=bolts)).value - NOTHING
-            )
-
         low, high = -math.log(MOST), math.log(MOST)
+        tried = []
+
+        def lacking(logarithm: float) -> float:
+            tried.append(logarithm)
+            weaker = strength.divided(math.exp(logarithm), chosen, bolts=bolts)
+            return self.program.balance(loads, weaker).value - NOTHING
+
         if lacking(high) <= 0:
             return math.inf
         if lacking(low) > 0:
             return 0.0
-        return math.exp(brentq(lacking, low, high, xtol=ACCURACY))
+        try:
+            return math.exp(brentq(lacking, low, high, xtol=ACCURACY))
+        except ModelError:
+            below, above = tried[-1] - NEAR, tried[-1] + NEAR
+            if lacking(below) <= 0 < lacking(above):
+                return math.exp(above)
+            raise
 
     def witness(
         self, velocity: FloatArray, loads: FloatArray, strength: ConeStrength, of_bolts: FloatArray | None = None
