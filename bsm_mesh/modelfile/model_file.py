@@ -22,6 +22,7 @@ from bsm_mesh.version import __version__
 SCHEMA_VERSION = 1  # what ModelFile describes
 MAX_BYTES = 64 << 20
 MAX_KEYS = 30  # of a table in a message: no table has more
+MAX_HOMES = 3  # tables that have a key, in a message
 MEMBER = re.compile(r"(function|lax|constrained|list|tuple|dict|union|literal|nullable)[a-z-]*\[")  # pydantic's
 MESHES = (".msh", ".vtu", ".vtk", ".inp", ".unv", ".bdf", ".med", ".geo")  # endings that are no model file's
 TOO_WIDE = "has more digits than TOML knows (64 bits); correct it"
@@ -236,7 +237,18 @@ def _where_it_belongs(path: list[int | str], root: type[Table]) -> str:
     homes = [f"{name} = {{ {key} = ... }}" for name, kind in inner.items() if kind is not None and key in kind.by_key()]
     if homes:
         return f"; it belongs in {' or '.join(homes)}"
-    return _of_other_dimensions(path, root) or nearest(key, fields, most=MAX_KEYS)
+    hint = nearest(key, fields, most=MAX_KEYS)
+    return _of_other_dimensions(path, root) or (hint if "did you mean" in hint else _of_other_tables(key, root) or hint)
+
+
+def _of_other_tables(key: str, root: type[Table]) -> str:
+    """Return the tables at the top of a file that have a key, where it is in few of them."""
+    homes = []
+    for name, field in root.by_key().items():
+        table, kind = _table_in(field.annotation), str(field.annotation)
+        if table is not None and key in table.by_key():
+            homes.append(f"[{name}.NAME]" if "dict[" in kind else f"[{name}]" if _is_one_table(kind) else f"[[{name}]]")
+    return f"; it belongs in {' or '.join(homes)}" if 0 < len(homes) <= MAX_HOMES else ""
 
 
 def _of_other_dimensions(path: list[int | str], root: type[Table]) -> str:

@@ -163,6 +163,7 @@ def test_ground_and_stages_in_the_file_and_in_python(case: Case) -> None:
             "table = [[0, 3]]",
             ["[[stage]] number 2: unknown key 'table'; it belongs in water = { table = ... }"],
         ),
+        ("fill = [2]", "zones = {}", ["[[stage]] number 2: unknown key 'zones'; it belongs in [rock.NAME]"]),
         ("relaxation = [0.5, 1]", "relaxation = [1, 0.5]", ["stage 'dug'", "must rise"]),
         ("in_situ = true", "in_situ = false", ["stage 'dug': load 1", "in_situ = true"]),
         ("in_situ = true", 'pressur = "1 kPa"', ["[[stage]] number 1, load.0", "did you mean 'pressure'"]),
