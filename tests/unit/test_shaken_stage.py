@@ -158,6 +158,15 @@ def test_results_of_a_shaken_stage_come_back_from_their_folder(tmp_path):
 
 
 @pytest.mark.heavy
+def test_blocks_that_slid_far_and_rest_did_not_survive_the_record():
+    """A slide of 0.3 block sizes is a verdict of its own, and the note does not contradict it."""
+    stage = bsm.run(block_on_plane(replace(HARD, scale=8.0), friction=0.05)).stages[-1]
+    assert stage.status.is_stable
+    assert not any("survived" in note for note in stage.notes)
+    assert any(note.startswith("this record displaced blocks (stable, after 1 block moved") for note in stage.notes)
+
+
+@pytest.mark.heavy
 def test_a_verdict_says_what_it_means():
     stage = bsm.run(block_on_plane(HARD, friction=0.2)).stages[-1]
     assert any("survived this record; that is no factor of safety" in note for note in stage.notes)

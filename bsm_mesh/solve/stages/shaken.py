@@ -9,6 +9,7 @@ from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
+from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.shaking import ShakingResult
 
@@ -21,13 +22,20 @@ def notes_on_shaking(model: Model, stage: StageResult) -> Iterator[str]:
         return
     yield from _input(shaking, found)
     if stage.status.is_stable and max(BaseMotion(shaking).peaks) > 0:
-        yield "the blocks survived this record; that is no factor of safety"
+        yield _survival(model, stage)
     yield _movement(stage, found)
     if found.heavier.any():
         yield (
             f"mass scaling: {counted(int(found.heavier.sum()), 'block')} were heavier than real for a time, the "
             f"heaviest {found.heaviest:.3g} times"
         )
+
+
+def _survival(model: Model, stage: StageResult) -> str:
+    verdict = verdict_in_words(model.blocks, stage)
+    if verdict == stage.status.value:
+        return "the blocks survived this record; that is no factor of safety"
+    return f"this record displaced blocks ({verdict}); their rest after it is no factor of safety"
 
 
 def _input(shaking: Shaking, found: ShakingResult) -> Iterator[str]:
