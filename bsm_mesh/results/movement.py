@@ -32,6 +32,9 @@ def moved_beside(blocks: Blocks, stage: StageResult) -> IntArray:
     return np.flatnonzero(far)
 
 
+LOST_CONTACT = "a block has lost all contact and moves freely"  # reason of a collapse
+
+
 def moved_beyond(limit: float) -> str:
     """Return the reason of a collapse by the displacement limit [m]."""
     return f"a block moved more than {limit:.3g} m"

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.model.options import Options
+from bsm_mesh.results.evidence import Proof
 from bsm_mesh.solve.stages.scheme import Watchers
 from bsm_mesh.solve.zones.scheme import ZoneStages
 from tests.scenes import meeting_zones as scenes
@@ -77,7 +78,8 @@ def test_a_block_that_is_shaken_meets_a_wall():
 
 def met(model):
     """Return the stages of a model after the first, in which blocks meet."""
-    stages = ZoneStages(model, Options(), Watchers(lambda *_: None, lambda _: (), lambda *_: None, lambda _: ()))
+    watchers = Watchers(lambda *_: None, lambda _: (), lambda *_: Proof(text="not sought"), lambda _: ())
+    stages = ZoneStages(model, Options(), watchers)
     stages.solution(0, None, None)()
     return stages
 

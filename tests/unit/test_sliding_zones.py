@@ -83,7 +83,7 @@ def test_a_block_that_slid_off_is_unstable():
     results = bsm.run(pushed(1.2, **given))
     assert results.status == "unstable"
     assert list(results.stages[0].unstable_blocks) == [1]
-    assert np.abs(results.stages[0].displacement).max() < 1.3
+    assert results.stages[0].displacement[1, 1] < -1.0  # shown where it falls
 
 
 @pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.heavy)])

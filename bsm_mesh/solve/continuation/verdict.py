@@ -12,7 +12,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import place
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.movements import distances
-from bsm_mesh.results.movement import moved_beyond
+from bsm_mesh.results.movement import LOST_CONTACT, moved_beyond
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.continuation.state import CollapseMemory
 from bsm_mesh.solve.motion.falling import SETTINGS
@@ -114,7 +114,7 @@ class CollapseCriterion:
         if free.any():
             if sunk := self._sunk(np.flatnonzero(free), position):
                 return Collapse(reason=sunk)
-            return self._collapse("a block has lost all contact and moves freely", free, moves)
+            return self._collapse(LOST_CONTACT, free, moves)
         if not self._followed and runs.any():
             reason = f"a block moved by more than {SETTINGS.runs:g} times its size without slowing down"
             return self._collapse(reason, runs, moves)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import counted, numbered
 from bsm_mesh.model.blocks import Blocks
@@ -12,7 +14,7 @@ from bsm_mesh.model.falls import MOST_OF_A_CHIP
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import distances, translations
 from bsm_mesh.results.falls import Fall
-from bsm_mesh.results.movement import moved_beside, moved_far
+from bsm_mesh.results.movement import moved_beside, moved_beyond, moved_far
 from bsm_mesh.results.records import StageResult, Status
 
 
@@ -41,6 +43,19 @@ def falls_of(
         )
         for b, ignored in zip(block, small, strict=True)
     )
+
+
+def within_limit(stage: StageResult, limit: float | None) -> StageResult:
+    """Return a stage at rest, unstable where a block that counts moved in it by more than a limit [m], if there is one.
+
+    Blocks that explicit motion follows are stopped there (`solve.continuation.verdict`); this is for one step to rest.
+    """
+    if limit is None or stage.status is not Status.STABLE:
+        return stage
+    far = np.flatnonzero((distances(stage.stage_displacement) > limit) & stage.counts).astype(np.int32)
+    if not far.size:
+        return stage
+    return replace(stage, status=Status.UNSTABLE, reason=moved_beyond(limit), unstable_blocks=far)
 
 
 def after_falls(stage: StageResult, falls: tuple[Fall, ...], unit: str) -> StageResult:

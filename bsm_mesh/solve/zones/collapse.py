@@ -6,17 +6,21 @@ balance the loads within strength, none do in zones.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.movements import angles, distances
-from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN
+from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN, Proof
 from bsm_mesh.results.records import StageResult, Status
+from bsm_mesh.solve.stages.given_position import notes_on_given_position
 from bsm_mesh.solve.stages.scheme import Prover
 from bsm_mesh.solve.zones.stage_solution import StageEnd, movement
 from bsm_mesh.solve.zones.stages import Continuum
@@ -35,8 +39,8 @@ def falling_blocks(of: Continuum, end: StageEnd) -> IntArray:
     ModelError
         If the model has no support, or loads move none of those parts: any place of them is as good as another.
     """
-    if end.moving is not None:
-        return end.moving
+    if end.fall is not None:
+        return end.fall.blocks
     if end.collapse is not None:
         moved = distances(movement(of, end.u - end.origin)) * end.present
         moving: IntArray = np.flatnonzero(moved > MOVING * moved.max()).astype(np.int32)
@@ -68,23 +72,36 @@ def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, pr
     """
     if stage.status is Status.STABLE:
         return stage
-    if stage.shaking is not None:
-        return replace(stage, proof=OF_SHAKEN) if stage.status is Status.UNSTABLE else stage
-    if end.model.bolts and number:
-        return replace(stage, proof=LATER_BOLTS)
-    part, down = _submodel(of, end, stage), stage.unstable_blocks
+    down = stage.unstable_blocks
     if not down.size:
         down = np.array([distances(stage.displacement).argmax()])
-    proof = prove(part.model, np.searchsorted(part.block, down).astype(np.int32))
+    proof = _asked(of, end, stage, number, prove, down)
     if proof.witness is None:
         return replace(stage, proof=proof) if stage.status is Status.UNSTABLE else stage
     if stage.status is not Status.UNSTABLE and end.large is not None:  # it says nothing of blocks that moved
         return replace(stage, reason=f"{stage.reason}; {MOVES_FIRST}")
-    witness = proof.witness.in_whole(part)
     if stage.status is not Status.UNSTABLE:
-        named = _moving(witness.velocity, of.model.blocks.moments.gyration)
+        named = _moving(proof.witness.velocity, of.model.blocks.moments.gyration)
         stage = replace(stage, status=Status.UNSTABLE, reason=PROVED, unstable_blocks=named)
-    return replace(stage, proof=replace(proof, witness=witness))
+    return replace(stage, proof=proof)
+
+
+def notes_on_rest(of: Continuum, end: StageEnd, stage: StageResult, number: int, prove: Prover) -> Iterator[str]:
+    """Return sentences on blocks at rest that limit analysis proves to be in no equilibrium where they were given."""
+    before = distances(stage.displacement + stage.origin - stage.stage_displacement)[end.present]
+    if before.max(initial=0.0) <= CONTACT_TOLERANCE * of.model.blocks.moments.median_size:
+        yield from notes_on_given_position(of.model, stage, partial(_asked, of, end, stage, number, prove))
+
+
+def _asked(of: Continuum, end: StageEnd, stage: StageResult, number: int, prove: Prover, down: IntArray) -> Proof:
+    """Return what limit analysis says of the blocks that are there, of which some (k,) fall."""
+    if stage.shaking is not None:
+        return OF_SHAKEN
+    if end.model.bolts and number:
+        return LATER_BOLTS
+    part = _submodel(of, end, stage)
+    proof = prove(part.model, np.searchsorted(part.block, down).astype(np.int32))
+    return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 
 
 def _moving(velocity: FloatArray, gyration: FloatArray) -> IntArray:

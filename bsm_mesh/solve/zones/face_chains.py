@@ -65,7 +65,9 @@ class FaceChains:
             return np.stack([1 - share, share], axis=1)
         return np.stack([(1 - share) * (1 - 2 * share), share * (2 * share - 1), 4 * share * (1 - share)], axis=1)
 
-    def facing(self, point: FloatArray, piece: IntArray, place: FloatArray) -> tuple[IntArray, FloatArray]:
+    def facing(
+        self, point: FloatArray, piece: IntArray, place: FloatArray, late: FloatArray
+    ) -> tuple[IntArray, FloatArray]:
         """Return the pieces that points (q, 2) [m] face along the chains, and at which part of them, (q,) each.
 
         Parameters
@@ -76,17 +78,24 @@ class FaceChains:
             From which pieces they start.
         place : (k, 2) float64 [m]
             Where nodes are.
+        late : (q,) float64 [m]
+            How far behind the end of a block's face points face the next block; negative: before that end.
         """
         share = self._projected(point, piece, place)
         for way, sign in ((self.after, 1.0), (self.before, -1.0)):
             for _ in range(len(self.block)):
-                beyond = sign * (share - 0.5) > 0.5
-                on = np.flatnonzero(beyond & (way[piece] >= 0))
-                if not on.size:
+                further = way[piece]
+                on = np.flatnonzero(further >= 0)
+                leaves = self.block[further[on]] != self.block[piece[on]]
+                later = sign * late[on] * leaves
+                there = self._projected(point[on], further[on], place)
+                left = (0.5 - sign * (share[on] - 0.5)) * self._side(piece[on], place)
+                passed = (0.5 + sign * (there - 0.5)) * self._side(further[on], place)
+                goes = np.where(later > 0, passed > later, left < -later)
+                if not goes.any():
                     break
                 piece = piece.copy()
-                piece[on] = way[piece[on]]
-                share[on] = self._projected(point[on], piece[on], place)
+                piece[on[goes]], share[on[goes]] = further[on[goes]], there[goes]
         return piece, share
 
     def free_ends(self, interfaces: Interfaces) -> tuple[BoolArray, BoolArray]:
@@ -121,6 +130,12 @@ class FaceChains:
             vertex=turned(interfaces.vertex),
             facet=turned(interfaces.facet),
         )
+
+    def _side(self, piece: IntArray, place: FloatArray) -> FloatArray:
+        """Return the lengths of pieces (q,), where nodes are at `place` (k, 2), (q,) [m]."""
+        start, end = np.moveaxis(place[self.node[piece, :2]], 1, 0)
+        length: FloatArray = np.hypot(*(end - start).T)
+        return length
 
     def _projected(self, point: FloatArray, piece: IntArray, place: FloatArray) -> FloatArray:
         """Return at which part of its piece every point is, along the chord; outside 0 to 1 beyond the ends.

@@ -14,11 +14,12 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.arrays import BoolArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
+from bsm_mesh.results.movement import LOST_CONTACT, moved_beyond
 from bsm_mesh.solve.motion.falling import SETTINGS as COLLAPSE
 from bsm_mesh.solve.motion.following import DAMPED, FREE
 from bsm_mesh.solve.zones.equilibrium import Equations
@@ -27,7 +28,7 @@ from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
 from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
 from bsm_mesh.solve.zones.shaking_run import LONGEST, PARTS, go_on
-from bsm_mesh.solve.zones.stage_solution import movement
+from bsm_mesh.solve.zones.stage_solution import Fall, movement
 from bsm_mesh.solve.zones.unyielding import yielding_no_further
 
 if TYPE_CHECKING:
@@ -35,14 +36,14 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
 
 STILL = Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=1.0, contact_damping=1.0)
+RUNS_ON = f"blocks move on after {COLLAPSE.runs:g} times their size"
 STIFFEST = 100.0  # times a joint's stiffness and a block's size: stiffer rock takes more cycles to the same rest
 
 
-def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equations, IntArray] | None:
-    """Return the equations at rest and no blocks, or the given equations and the blocks (k,) that fall.
+def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equations, Fall | None] | None:
+    """Return the equations after the motion, and the blocks that fall; the displacements of the run are those there.
 
-    At rest the displacements of the run are changed too. None: rock has no mass, supports hold blocks by their mean, or
-    blocks do not reach rest.
+    None: rock has no mass, supports hold blocks by their mean, or blocks do not reach rest. Nothing is changed then.
     """
     of, u = run.of, run.state.u
     if not of.model.unit_weights[present].all():
@@ -60,20 +61,22 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         motion.equations = wetted(run, motion.equations, motion.at.u, present) or motion.equations
         here = movement(of, motion.at.u)
         held = np.where(_held(of, motion)[:, None], here, held)
-        gone = (distances(here - start) > COLLAPSE.runs * size) | (distances(here - held) > COLLAPSE.free_move * size)
-        gone &= present
+        far = (distances(here - start) > (run.limit or COLLAPSE.runs * size)) & present
+        gone = far | (distances(here - held) > COLLAPSE.free_move * size) & present
         is_near = (distances(here - recent[0]) < CONTACT_TOLERANCE * size)[present].all()
         recent.append(here)
         motion.damping = (DAMPED if is_near else FREE).damping
         before, last = last, motion.kinetic
         if is_near and last <= min(before, SINGLE * motion.stored):
-            run.state.u = motion.at.u
-            moved = motion.equations
-            kept = {name: getattr(moved, name) for name in ("joints", "history", "bolts", "load", "water")}
-            return replace(equations, **kept), np.zeros(0, np.int32)
-    if gone.any():
-        return equations, np.flatnonzero(gone).astype(np.int32)
-    return None
+            break
+    else:
+        if not gone.any():
+            return None
+    run.state.u = motion.at.u
+    kept = {name: getattr(motion.equations, name) for name in ("joints", "history", "bolts", "load", "water")}
+    reason = LOST_CONTACT if not far.any() else RUNS_ON if run.limit is None else moved_beyond(run.limit)
+    fall = Fall(np.flatnonzero(gone).astype(np.int32), reason) if gone.any() else None
+    return replace(equations, **kept), fall
 
 
 def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> ShakenZones:

@@ -154,7 +154,7 @@ def _places(
     faces, new = joints.faces, np.flatnonzero(~stays)
     row = new - (len(source) - len(found.corner))
     edge, corner = found.edge[row], found.corner[row]
-    piece, share = faces.chains.facing(where[faces.node[corner]], edge // faces.halves, where)
+    piece, share = faces.chains.facing(where[faces.node[corner]], edge // faces.halves, where, np.zeros(len(edge)))
     columns = {field.name: _taken(getattr(joints.places, field.name), source) for field in fields(Places)}
     columns["piece"][new], columns["share"][new], columns["over"][new] = piece, share, False
     columns["slid"][new] = _taken(state.slip, source[new])
@@ -192,19 +192,34 @@ def _meetings(
     lone = (near.parallel_edge < 0) | meets_corner
     length = np.where(lone, np.where(covered, 0.0, RULES.corner_share * h), lengths)
     slack = RULES.detach_tol * h
-    on = (near.tangential >= -slack) & (near.tangential <= near.edge_length + slack)
-    on &= present[a] & present[b] & ~faces.inner[e] & ~faces.share_nodes(v, b) & (length > 0)
-    on &= (near.gap <= np.where(meets_corner, offset, band)) & (near.entering_edge < 0)
-    rows = np.flatnonzero(on & ~_deeper(near, on))
+    on = (near.tangential >= -slack) & (near.tangential <= near.edge_length + slack) & present[a] & present[b]
     face = faces.chains.plane
-    key = np.stack([v[rows], face[e[rows] // faces.halves]])
-    rows = rows[np.unique(key, axis=1, return_index=True)[1]]  # a node at a node of the other face is on two edges
-    known = np.where(near.history >= 0, near.history, near.predecessor)[rows]
-    known = np.where(known >= 0, _taken(order, known), -1)
-    old = np.stack([joints.met.corner, face[joints.places.piece[len(joints.own) :]]])
-    known = np.where(known >= 0, known, _rows_of(old, np.stack([v[rows], face[e[rows] // faces.halves]])))
+    on &= ~(meets_corner & _leaves_over_another(near, on, face[e // faces.halves]))
+    on &= ~faces.inner[e] & ~faces.share_nodes(v, b) & (length > 0) & (near.entering_edge < 0)
+    touches = on & (near.gap <= np.where(meets_corner, offset, band))
+    rows = np.flatnonzero(touches)
+    place = np.stack([v, face[e // faces.halves]])
+    known = _known(joints, near, rows, place[:, rows], order)
+    closed = np.zeros(len(on), dtype=bool)
+    closed[rows] = (known >= 0) & (_taken(pressure, known) > 0)
+    first = ~_opposed(near, on, closed)[rows]
+    rows, known = rows[first], known[first]
+    once = np.unique(place[:, rows], axis=1, return_index=True)[1]  # a node at a node of the other face is on two edges
+    rows, known = rows[once], known[once]
     known[_again(known)] = -1
     return Meetings(v[rows], e[rows], offset[rows], near.gap[rows], length[rows], known)
+
+
+def _known(joints: MovingPoints, near: Candidates, rows: IntArray, place: IntArray, order: IntArray) -> IntArray:
+    """Return the later points that continue as candidates `rows` (k,), (k,); -1: none.
+
+    `place` (2, k): corner and face of each; `order`: rows of the later points by their number in the search.
+    """
+    known = np.where(near.history >= 0, near.history, near.predecessor)[rows]
+    known = np.where(known >= 0, _taken(order, known), -1)
+    old = np.stack([joints.met.corner, joints.faces.chains.plane[joints.places.piece[len(joints.own) :]]])
+    found: IntArray = np.where(known >= 0, known, _rows_of(old, place))
+    return found
 
 
 def _again(rows: IntArray) -> BoolArray:
@@ -235,12 +250,30 @@ def _active(joints: MovingPoints, where: FloatArray, pressure: FloatArray) -> tu
     return active, order
 
 
-def _deeper(near: Candidates, on: BoolArray) -> BoolArray:
-    """Return which of two opposing candidates are deeper, (m,): the corner leaves over the other edge."""
+def _opposed(near: Candidates, on: BoolArray, closed: BoolArray) -> BoolArray:
+    """Return which of two opposing candidates the other goes before, (m,): the corner leaves over that edge.
+
+    A closed one (m,) goes first, else the one that is less deep: both would wedge the corner between them.
+    """
     other = near.opposing_candidate
     both = (other >= 0) & on & on[other]
     less = (near.gap < near.gap[other]) | ((near.gap == near.gap[other]) & (other < np.arange(len(other))))
-    found: BoolArray = both & less
+    found: BoolArray = both & np.where(closed == closed[other], less, closed[other])
+    return found
+
+
+def _leaves_over_another(near: Candidates, on: BoolArray, face: IntArray) -> BoolArray:
+    """Return which corners lie less deep behind another face (m,) of the same block, or before it: they leave there.
+
+    `on` (m,): corners that are within the ends of the edge; points of given joints may represent that other face.
+    """
+    rows = np.flatnonzero(on)
+    _, pair = np.unique(np.stack([near.corner, near.block_b]), axis=1, return_inverse=True)
+    rows, pair = rows[np.argsort(near.gap[rows], kind="stable")], pair.reshape(-1)
+    least = np.full(pair.max(initial=-1) + 1, -1)
+    least[pair[rows]] = rows  # the last one is written last
+    other = least[pair]
+    found: BoolArray = (other >= 0) & (near.gap < near.gap[other]) & (face != face[other])
     return found
 
 

@@ -157,7 +157,8 @@ class MovingPoints(JointPoints):
             return None
         piece, share, over = places.piece.copy(), places.share.copy(), places.over.copy()
         where = self.as_given + u[self.nodes]
-        piece[far], share[far] = self.faces.chains.facing(where[self.node[far]], piece[far], where)
+        late = self._behind_ends()[far]
+        piece[far], share[far] = self.faces.chains.facing(where[self.node[far]], piece[far], where, late)
         over[far] = np.abs(share[far] - 0.5) > 0.5 + OVER
         share[over] = share[over].clip(0.0, 1.0)
         if (piece == places.piece).all() and (share == places.share).all() and (over == places.over).all():
@@ -166,6 +167,17 @@ class MovingPoints(JointPoints):
         slid = places.slid.copy()
         slid[far] = (slip - there.relative(u)[1])[far]
         return replace(there, places=replace(there.places, slid=slid))
+
+    def _behind_ends(self) -> FloatArray:
+        """Return how far behind the end of a block's face points face the next block, along the chain, (q,) [m].
+
+        The end of a face lies on that block by more than the least overlap then: so narrow a lip carries nothing.
+        """
+        starts, ends = (self.own >= 0).T
+        behind = np.zeros(len(self.node))
+        behind[: len(self.own)] = starts.astype(float) - ends
+        least = np.minimum(self.faces.least_overlap(*self.block.T), OVER * self.pieces)
+        return behind * least
 
     @property
     def over(self) -> BoolArray:

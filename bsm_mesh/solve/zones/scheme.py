@@ -7,19 +7,25 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from bsm_mesh.errors import ModelError, named_stage, raise_faults
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.model.zones import large_zones, zone_order
+from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, StepRecord
 from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated
+from bsm_mesh.solve.stages.as_built import small_blocks
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
+from bsm_mesh.solve.stages.crushing import notes_on_crushing
+from bsm_mesh.solve.stages.falls import after_falls, falls_of, notes_on_movement, within_limit
 from bsm_mesh.solve.stages.scheme import Watchers
 from bsm_mesh.solve.stages.shaken import notes_on_shaking
 from bsm_mesh.solve.stages.solution import confirmed
-from bsm_mesh.solve.zones.collapse import with_proof
+from bsm_mesh.solve.zones.collapse import notes_on_rest, with_proof
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.mesh import Discretization
 from bsm_mesh.solve.zones.shaken_stage import as_given
@@ -75,7 +81,7 @@ class ZoneStages:
     model : Model
         Some of its rocks have zones.
     options : Options
-        Tolerance.
+        Tolerance, limit of displacement, and what falls.
     watchers : Watchers
         Get the step of every stage, check and measure it.
 
@@ -95,11 +101,12 @@ class ZoneStages:
     linear_solver = SOLVER
 
     def __init__(self, model: Model, options: Options, watchers: Watchers) -> None:
-        self._model, self._tolerance, self._watchers = model, options.tolerance, watchers
+        self._model, self._options, self._watchers = model, options, watchers
         self._began = time.perf_counter()
         self.name = "large zones" if large_zones(model) else "zones"
         self._continuum = zoned(model, options)
-        self._run = StageRun(self._continuum, nominal_constants(model).stiffness[self._continuum.mesh.block])
+        stiffness = nominal_constants(model).stiffness[self._continuum.mesh.block]
+        self._run = StageRun(self._continuum, stiffness, options.displacement_limit)
 
     def start(self) -> None:
         """Begin at the start."""
@@ -123,7 +130,7 @@ class ZoneStages:
 
         def watch(motion: ShakenZones, *, now: Callable[[], StageEnd]) -> None:
             def as_it_stands() -> StageResult:
-                return stage_result(of, now(), start, number, self._tolerance)
+                return stage_result(of, now(), start, number, self._options.tolerance)
 
             step = shaken_step(of, motion, number, len(steps), time.perf_counter() - self._began)
             steps.append(replace(step, recorded=watchers.record(as_it_stands)))
@@ -138,15 +145,38 @@ class ZoneStages:
             name = named_stage(model.stages[number - 1].name)
             raise ModelError([f"{name}: {text}" for text in error.faults]) from error
         start = replace(start, seconds=time.perf_counter() - self._began)
-        stage = stage_result(of, end, start, number, self._tolerance)
-        stage = confirmed(with_proof(of, end, stage, number, watchers.prove), watchers.check)
+        stage = self._with_falls(number, end, start)
         if number == 0:
             stage = replace(stage, notes=(*notes_of(model), *stage.notes))
-        stage = replace(stage, notes=(*stage.notes, *notes_on_shaking(model, stage)))
         last = replace(stage.steps[0], step=len(steps), recorded=watchers.record(lambda: stage))
         stage = replace(stage, steps=(*steps, last))
         watchers.observer(last, lambda: stage)
         return stage
+
+    def _with_falls(self, number: int, end: StageEnd, start: Before) -> StageResult:
+        """Return the result of a stage after the blocks that fall and are taken away in it."""
+        model, falls = self._model, self._options.falls
+        fallen: list[Fall] = []
+        while True:
+            stage, small = self._ended(number, end, start), small_blocks(model, falls)
+            down = stage.unstable_blocks
+            if end.collapse is not None or stage.shaking is not None or not falls.takes_away(small[down]):
+                break
+            fallen.extend(falls_of(model, down, small[down], stage, stage.origin + stage.displacement))
+            end = self._run.without(down)
+        return after_falls(stage, tuple(fallen), model.blocks.bulk_unit)
+
+    def _ended(self, number: int, end: StageEnd, start: Before) -> StageResult:
+        """Return the result of a stage at its end, with proofs and notes."""
+        of, model, watchers = self._continuum, self._model, self._watchers
+        stage = stage_result(of, end, start, number, self._options.tolerance)
+        small = np.flatnonzero(small_blocks(model, self._options.falls) & end.present).astype(np.int32)
+        stage = within_limit(replace(stage, small_blocks=small), self._options.displacement_limit)
+        stage = confirmed(with_proof(of, end, stage, number, watchers.prove), watchers.check)
+        found = [*notes_on_shaking(model, stage), *notes_on_crushing(model, stage)]
+        if end.large is not None:
+            found += [*notes_on_movement(model.blocks, stage), *notes_on_rest(of, end, stage, number, watchers.prove)]
+        return replace(stage, notes=(*stage.notes, *found))
 
     def end(self, number: int) -> None:
         """End a stage."""
@@ -154,4 +184,5 @@ class ZoneStages:
 
     def checkpoint(self, finished: int) -> Checkpoint:
         """Return the checkpoint after so many finished stages."""
-        return Checkpoint(finished=finished, scheme=self._run.memory, present=self._continuum.presence[finished - 1])
+        present = self._continuum.presence[finished - 1] & ~self._run.state.fallen
+        return Checkpoint(finished=finished, scheme=self._run.memory, present=present)

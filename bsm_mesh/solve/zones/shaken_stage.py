@@ -29,12 +29,12 @@ def shaken_end(run: StageRun, name: str, shaking: Shaking, present: BoolArray, w
     def now() -> StageEnd:
         return run.end_at(name, present, motion.equations, motion.at, loads, converged=False)
 
-    fault, moving = shaken_through(motion, shaking, partial(watch, now=now)), None
+    fault, fall = shaken_through(motion, shaking, partial(watch, now=now)), None
     if not fault:
-        fault, moving = come_to_rest(run.of, motion, present)
+        fault, fall = come_to_rest(run.of, motion, present)
     result = result_of(motion.memory)
-    if fault or moving is not None:
-        return replace(now(), shaking=result, fault=fault, moving=moving)
+    if fault or fall is not None:
+        return replace(now(), shaking=result, fault=fault, fall=fall)
     state.u, state.joints = motion.at.u, motion.equations.joints
     state.history, state.bolts = motion.equations.history, motion.equations.bolts
     return replace(run.solved(name, present, (1.0,)), shaking=result)

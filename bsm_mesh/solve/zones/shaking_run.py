@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.arrays import BoolArray
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
 from bsm_mesh.results.records import StepRecord
@@ -15,12 +15,13 @@ from bsm_mesh.solve.motion.following import DAMPED, FREE
 from bsm_mesh.solve.motion.shaking_faults import divergence, imbalance
 from bsm_mesh.solve.motion.shaking_memory import SUMS
 from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
-from bsm_mesh.solve.zones.stage_solution import RUNAWAY, StageEnd, movement
+from bsm_mesh.solve.zones.stage_solution import RUNAWAY, Fall, StageEnd, movement
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
 
 SLIP = SUMS.index("slip")
+SLIDES_ON = "after the shaking blocks moved on by more than their size"
 SMALL = 'small displacements do not follow them; give zones displacement = "large"'
 PARTS = 10  # of so many windows after the record without any slip: elastic vibrations are left
 LONGEST = 200_000  # cycles after the record
@@ -49,8 +50,8 @@ def shaken_through(motion: ShakenZones, shaking: Shaking, watch: Callable[[Shake
     return imbalance(motion.memory, shaking)
 
 
-def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tuple[str, IntArray | None]:
-    """Follow zones after the record until they are near rest; return why they are not, and blocks (k,) that move on.
+def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tuple[str, Fall | None]:
+    """Follow zones after the record until they are near rest; return why they are not, and blocks that move on.
 
     Blocks that slide on are hardly damped, as rigid blocks are; vibrations without slip are. Nothing and None: at rest.
     """
@@ -70,7 +71,7 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
     if not gone.any():
         return f"blocks were not at rest within {beyond:.3g} s after the record", None
     if of.discretization.large:
-        return "", np.flatnonzero(gone).astype(np.int32)
+        return "", Fall(np.flatnonzero(gone).astype(np.int32), SLIDES_ON)
     return f"after the record blocks slide on by more than their size: {SMALL}", None
 
 

@@ -16,7 +16,6 @@ from bsm_mesh.results.zones import ZoneResult
 from bsm_mesh.solve.algebra.constraints import constrain_bars
 from bsm_mesh.solve.algebra.loads import force_sums, mean_force, reference_weight, relative_residual
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
-from bsm_mesh.solve.motion.falling import SETTINGS as COLLAPSE
 from bsm_mesh.solve.zones.collapse import falling_blocks
 from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
@@ -265,12 +264,8 @@ def _verdict(
 ) -> tuple[Status, str]:
     if end.fault:
         return Status.NOT_CONVERGED, end.fault
-    if end.moving is not None:
-        after = "after the shaking blocks moved on by more than their size"
-        return (
-            Status.UNSTABLE,
-            after if end.shaking is not None else f"blocks move on after {COLLAPSE.runs:g} times their size",
-        )
+    if end.fall is not None:
+        return Status.UNSTABLE, end.fall.reason
     if end.loose:
         return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
     if end.collapse is not None:

@@ -21,19 +21,19 @@ from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.large_water import water_forces, wetted
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
+from bsm_mesh.solve.zones.loose_blocks import loose
 from bsm_mesh.solve.zones.moved_supports import carried, slid_on, slip_begun, steps
-from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
 from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
 from bsm_mesh.solve.zones.shaken_stage import shaken_end
 from bsm_mesh.solve.zones.shaking_run import Watch, unwatched
-from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.stage_solution import Fall, StageEnd
 from bsm_mesh.solve.zones.supports import held_displacements
-from bsm_mesh.solve.zones.system import FreeUnknowns, LoosePart, loose_parts
+from bsm_mesh.solve.zones.system import FreeUnknowns
 from bsm_mesh.solve.zones.tangents import Tangents
 from bsm_mesh.solve.zones.unyielding import yielding_no_further
-from bsm_mesh.solve.zones.zones_state import ZonesMemory, ZonesState
+from bsm_mesh.solve.zones.zones_state import Part, ZonesMemory, ZonesState
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
@@ -46,8 +46,8 @@ WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may 
 class StageRun:
     """The stages of one continuum with one set of elastic constants (t, 3, 3) [Pa], one after the other."""
 
-    def __init__(self, continuum: Continuum, stiffness: FloatArray) -> None:
-        self.of, self.stiffness = continuum, stiffness
+    def __init__(self, continuum: Continuum, stiffness: FloatArray, limit: float | None = None) -> None:
+        self.of, self.stiffness, self.limit = continuum, stiffness, limit
         self.rock = RockStiffness(continuum.basis, stiffness)
         model, basis, joints = continuum.model, continuum.basis, continuum.joints
         water = pore_water(model, model.water, basis, joints)
@@ -59,9 +59,11 @@ class StageRun:
         large = continuum.discretization.large
         self.plastic = PlasticCells(model, basis, continuum.mesh.block, stiffness, large=large)
         relief, loads = self.plastic.nothing(), model.acting_loads
-        self.state = ZonesState(model, zero, zero, joints, history, bolts, loads, water, none, relief)
+        fallen = np.zeros(model.blocks.count, dtype=bool)
+        self.state = ZonesState(model, zero, zero, joints, history, bolts, loads, water, none, relief, fallen)
+        self._part = Part(INITIAL, fallen, (), self.state)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
-        self.moving: IntArray | None = None  # blocks that run away in the stage
+        self.fall: Fall | None = None  # in the stage
         self.in_water: FloatArray | None = None  # forces of the water in large displacement, on the cells of `loaded`
         self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
@@ -86,10 +88,17 @@ class StageRun:
 
         `watch` is called at the times of a stage that is shaken.
         """
-        of, self.near = self.of, near
+        of, self.near, there = self.of, near, ~self.state.fallen
         if number == 0:
             return self._first(of.presence[0])
-        return self._next(of.model.stages[number - 1], number, of.presence[number - 1], of.presence[number], watch)
+        before, present = (of.presence[each] & there for each in (number - 1, number))
+        return self._next(of.model.stages[number - 1], number, before, present, watch)
+
+    def without(self, down: IntArray) -> StageEnd:
+        """Return the end of the stage without blocks (k,) that fall, from the begin of the part in which they do."""
+        name, present, parts, state = self._part
+        self.state = state.without(down)
+        return self.solved(name, present & ~self.state.fallen, parts)
 
     def _first(self, present: BoolArray) -> StageEnd:
         """Return the state before the first stage."""
@@ -143,23 +152,24 @@ class StageRun:
 
     def solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
         """Return the equilibrium of a stage after every released part of excavation forces, or the first failure."""
-        state, of, self.moving = self.state, self.of, None
+        state, of, self.fall = self.state, self.of, None
         loads = self.loads_on(present)
         equations = self.equations(present, loads)
         held, collapse = equations.free.supports, None
-        for part in parts:
+        for number, part in enumerate(parts):
+            self._part = Part(name, present, parts[number:], replace(state))
             held_back = state.held_back(part)
             equations = replace(equations, load=equations.load - held_back)
             at, converged = equations.at(state.u, equations.free.none), False
-            loose = self._loose(equations, at, present)
-            if loose and equations.large is None:
+            apart = loose(self.of, equations, at, present)
+            if apart and equations.large is None:
                 break
             if self.near is not None and part == parts[-1]:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
             start = state.u
             equations, at, converged = self._moved(equations, at, present)
-            loose = [] if converged else self._loose(equations, at, present)
+            apart = [] if converged or self.fall else loose(self.of, equations, at, present)
             if not converged and equations.large is None:
                 collapse = plastic_collapse(equations, at, start)
             equations = replace(equations, load=equations.load + held_back)
@@ -176,9 +186,8 @@ class StageRun:
         if state.water is not None and of.discretization.large:
             state.water, loads = self._water(state.water.load.water), self.loads_on(present)
         end = self.end_at(name, present, replace(equations, plastic=plastic), at, loads, converged)
-        leaves = converged and equations.leaves(at)
-        moving = None if converged or loose else self.moving
-        return replace(end, loose=loose, collapse=collapse, held_back=held_back, leaves=leaves, moving=moving)
+        end = replace(end, loose=apart, fall=self.fall, collapse=collapse, held_back=held_back)
+        return replace(end, leaves=converged and equations.leaves(at))
 
     def end_at(
         self, name: str, present: BoolArray, equations: Equations, at: Iterate, loads: FloatArray, converged: bool
@@ -214,17 +223,6 @@ class StageRun:
             solutions=equations.free.solutions,
         )
 
-    def _loose(self, equations: Equations, at: Iterate, present: BoolArray) -> list[LoosePart]:
-        """Return the parts of blocks that are there (n,) that neither supports nor joints hold."""
-        of, joints, history = self.of, equations.joints, equations.history
-        cells = np.flatnonzero(present[of.mesh.block]).astype(np.int32)
-        here = np.zeros(of.basis.N, dtype=bool)
-        here[of.basis.element_dofs[:, cells]] = True
-        ties = of.ties[:, here[of.ties].all(axis=0)]
-        if isinstance(joints, MovingPoints) and history is not None:
-            ties = joints.unknown[history.present][:, [0, 2]].T
-        return loose_parts(equations.free.supports, of.basis, cells, ties, at.residual)
-
     def _moved(self, equations: Equations, at: Iterate, present: BoolArray) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium after the steps in which supports move; parameters as at the start."""
         state, converged = self.state, False
@@ -240,11 +238,11 @@ class StageRun:
         """Return equilibrium, sought at once, then in parts of the unbalanced force, then after motion to rest."""
         u = self.state.u
         first = equations, equations.at(u, equations.free.none), False
-        if not self._loose(*first[:2], present):
+        if not loose(self.of, *first[:2], present):
             first = self._settled(equations, present)
         if first[2]:
             return first
-        if not self._loose(*first[:2], present):
+        if not loose(self.of, *first[:2], present):
             self.state.u = u
             out_of_balance, now = equations.at(u, equations.free.none).residual, equations
             for part in range(1, PARTS + 1):
@@ -260,16 +258,16 @@ class StageRun:
         rest = None if equations.large is None or only_yields else follow(self, equations, present)
         if rest is None:
             return first
-        if rest[1].size:
-            self.moving = rest[1]
-            return first
-        return self._settled(rest[0], present)
+        moved, self.fall = rest
+        if self.fall is not None:
+            return moved, moved.at(self.state.u, moved.free.none), False
+        return self._settled(moved, present)
 
     def _settles_unyielding(self, equations: Equations, present: BoolArray) -> bool:
         """Return whether equilibrium is found of rock that yields no further: then motion would lead there."""
         u, further = self.state.u, yielding_no_further(equations)
-        loose = self._loose(further, further.at(u, further.free.none), present)
-        found = not loose and self._settled(further, present)[2]
+        apart = loose(self.of, further, further.at(u, further.free.none), present)
+        found = not apart and self._settled(further, present)[2]
         self.state.u = u
         return found
 
@@ -292,7 +290,7 @@ class StageRun:
                 self.state.u, equations = at.u, further
                 start = slip_begun(start, further)
                 at = equations.at(at.u, equations.free.none)
-                if self._loose(equations, at, present):
+                if loose(self.of, equations, at, present):
                     return equations, at, False
                 continue
             if (wetter := wetted(self, equations, at.u, present)) is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,13 @@ from bsm_mesh.solve.zones.system import LoosePart
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
+
+
+class Fall(NamedTuple):
+    """Blocks (k,) that fall, and by which rule."""
+
+    blocks: IntArray
+    reason: str
 
 
 RUNAWAY = 1.0  # of a block's size, or a radian: what small displacements balance only so far away is not at rest
@@ -95,8 +102,8 @@ class StageEnd:
         Of a stage that was shaken.
     fault : str
         Why it is no answer, if it is none.
-    moving : (k,) int32 or None
-        Blocks that slide on after they were shaken.
+    fall : Fall or None
+        Blocks that fall.
     """
 
     name: str
@@ -127,7 +134,7 @@ class StageEnd:
     solutions: int
     shaking: ShakingResult | None = None
     fault: str = ""
-    moving: IntArray | None = None
+    fall: Fall | None = None
 
     def without_strain(self, block: IntArray) -> FloatArray | None:
         """Return the effective stress (3, t, i) [Pa] of rock without strain: in situ, less what yielding took."""

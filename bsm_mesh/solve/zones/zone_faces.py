@@ -97,6 +97,12 @@ class ZoneFaces:
         """Of a block, the median [m]."""
         return float(np.sqrt(np.median(self.model.blocks.moments.area)))
 
+    def least_overlap(self, one: IntArray, other: IntArray) -> FloatArray:
+        """Return the shared length of two blocks' faces below which it counts as none, (k,) [m]."""
+        size = np.minimum(np.sqrt(self.model.blocks.moments.area), self.size)
+        found: FloatArray = RULES.min_overlap * np.minimum(size[one], size[other])
+        return found
+
     def near(self, where: FloatArray, band: float, active: ActiveContacts) -> Candidates:
         """Return the corners within a band [m] of edges of other blocks, where nodes are at `where` (k, 2) [m].
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.bolts.memory import BoltMemory
@@ -33,6 +34,7 @@ class ZonesState:
     water: PoreWater | None
     pressures: FloatArray
     relief: FloatArray  # of rock that yields
+    fallen: BoolArray  # blocks (n,) that were taken away
     unreleased: list[tuple[FloatArray, float]] = field(default_factory=list)  # forces; part released
     fills: tuple[Fill, ...] = ()
 
@@ -49,7 +51,22 @@ class ZonesState:
         if isinstance(self.joints, MovingPoints) and memory.places is not None:
             self.joints = with_met(self.joints, memory.met).facing(memory.places)
         self.pressures, self.relief = memory.pressures, memory.relief
-        self.unreleased, self.fills = list(memory.unreleased), memory.fills
+        self.unreleased, self.fills, self.fallen = list(memory.unreleased), memory.fills, memory.fallen
+
+    def without(self, down: IntArray) -> ZonesState:
+        """Return the state without blocks (k,) that fall."""
+        fallen = self.fallen.copy()
+        fallen[down] = True
+        return replace(self, fallen=fallen, bolts=None if self.bolts is None else self.bolts.without(fallen))
+
+
+class Part(NamedTuple):
+    """A part of a stage: its name, the blocks that are there (n,), the parts from this one on, the state before."""
+
+    name: str
+    present: BoolArray
+    parts: tuple[float, ...]
+    before: ZonesState
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -76,6 +93,8 @@ class ZonesMemory:
         Excavation forces, and the part of each that is released.
     fills : tuple of Fill
         Rock that was put back.
+    fallen : (n,) bool
+        Blocks that were taken away.
     reactions : (N,) float64 [N/m]
         Of supports that hold blocks or points between nodes.
     """
@@ -90,6 +109,7 @@ class ZonesMemory:
     relief: FloatArray
     unreleased: tuple[tuple[FloatArray, float], ...]
     fills: tuple[Fill, ...]
+    fallen: BoolArray
     reactions: FloatArray
 
     @classmethod
@@ -106,5 +126,6 @@ class ZonesMemory:
             relief=state.relief,
             unreleased=tuple(state.unreleased),
             fills=state.fills,
+            fallen=state.fallen,
             reactions=reactions,
         )

@@ -1,0 +1,101 @@
+"""Blocks with zones that fall: taken away as rigid ones are, chips that do not count, and a limit of displacement."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from tests.scenes.large_zones import pushed
+from tests.scenes.meeting_zones import meeting
+from tests.scenes.shapes import rectangle
+
+FLOOR, ON_IT = rectangle(-1, -1, 3, 0), rectangle(0, 0, 1, 1)
+REMOVE = bsm.Options(falls=bsm.Falls(on_fall="remove"))
+
+
+def beside(side=1.0, *, displacement="large", **given):
+    """Return a block on a floor, and one that hangs in the air beside the floor."""
+    model = meeting([FLOOR, ON_IT, rectangle(4, 0, 4 + side, side)], **given)
+    zones = bsm.Zones(size=2.0, order=1, displacement=displacement)
+    return model.replace(rocks=[bsm.Rock("rock", 25e3, young=1e10, poisson=0.2, zones=zones)])
+
+
+@pytest.mark.parametrize("displacement", ["large", "small"])
+def test_blocks_that_fall_are_taken_away_and_the_others_go_on(displacement):
+    model = beside(displacement=displacement)
+    results = bsm.run(model)
+    assert (results.status, list(results.stages[0].unstable_blocks)) == ("unstable", [2])
+    results = bsm.run(model, REMOVE)
+    stage = results.stages[0]
+    assert results.status == "stable_after_falls", stage.reason
+    assert [fall.block for fall in stage.falls] == [2]
+    assert list(stage.present) == [True, True, False]
+    assert_allclose(stage.reactions.sum(axis=0)[1], 25e3 * (4 + 1), rtol=1e-6)
+    assert results.check().ok
+
+
+@pytest.mark.parametrize("displacement", ["large", "small"])
+def test_a_chip_that_falls_does_not_count(displacement):
+    results = bsm.run(beside(0.05, displacement=displacement))
+    stage = results.stages[0]
+    assert results.status == "stable", stage.reason
+    assert list(stage.present) == [True, True, False]
+    assert any("too small to count" in note for note in stage.notes)
+    everything = bsm.Options(falls=bsm.Falls(ignore_below=0.0))
+    assert bsm.run(beside(0.05, displacement=displacement), everything).status == "unstable"
+
+
+def test_a_block_taken_away_is_gone_in_later_stages():
+    load = bsm.PointLoad(block=1, point=(0.5, 1.0), force=(0.0, -1e3))
+    results = bsm.run(beside(stages=[bsm.Stage(name="later", loads=[load])]), REMOVE)
+    assert [stage.status for stage in results.stages] == ["stable_after_falls", "stable"]
+    last = results.stages[-1]
+    assert list(last.present) == [True, True, False]
+    assert_allclose(last.reactions.sum(axis=0)[1], 25e3 * 5 + 1e3, rtol=1e-6)
+
+
+def test_all_that_may_move_can_fall():
+    model = meeting([FLOOR, rectangle(4, 0, 5, 1)], young=1e10)
+    stage = bsm.run(model, REMOVE).stages[0]
+    assert stage.status == "stable_after_falls"
+    assert list(stage.present) == [True, False]
+
+
+@pytest.mark.parametrize("gap", [0.02, pytest.param(0.09, marks=pytest.mark.heavy)])
+def test_a_displacement_limit_is_kept_as_by_rigid_blocks(gap):
+    """The block falls by the gap onto the floor."""
+    model = meeting([FLOOR, rectangle(0.2, gap, 1.2, 1 + gap)], young=1e10)
+    for limit, status in ((0.9 * gap, "unstable"), (1.1 * gap, "stable")):
+        stage = bsm.run(model, bsm.Options(displacement_limit=limit)).stages[0]
+        assert stage.status == status, stage.reason
+        assert status == "stable" or stage.reason == f"a block moved more than {limit:.3g} m"
+
+
+def test_a_limit_that_small_movements_reach():
+    """Springs yield by the weight over their stiffness, in one step of Newton's method."""
+    model = meeting([FLOOR, ON_IT], young=1e13, kn=1e6)
+    for limit, status in ((0.024, "unstable"), (0.026, "stable")):
+        assert bsm.run(model, bsm.Options(displacement_limit=limit)).status == status
+
+
+def test_what_moved_before_it_came_to_rest_is_said():
+    """Limit analysis finds no equilibrium above a gap; and walls are crushed under the block."""
+    model = meeting([FLOOR, rectangle(0.2, 0.02, 1.2, 1.02)], young=1e10)
+    weak = [bsm.Joint("J", 1e9, 5e8, law=bsm.MohrCoulomb(friction=35.0), crushing_strength=1e4)]
+    notes = " ".join(bsm.run(model.replace(joints=weak)).stages[0].notes)
+    assert "block 1 cannot be at rest where given; before rest came a movement of up to 0.02 m" in notes
+    assert "crushing_strength = 10000 Pa" in notes
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("by", [0.302, 0.306, pytest.param(0.31, marks=pytest.mark.heavy)])
+def test_the_corner_of_a_joint_below_holds_no_block_that_slides_over_it(by, order):
+    """Two blocks of the base share the load by friction alone, whatever their corners rise."""
+    results = bsm.run(pushed(by, order=order, base=(0.0, 2.3, 4.0)))
+    contacts = results.stages[0].contacts
+    mine = contacts.block_a == 2
+    forces = np.where(mine, 1, -1)[:, None] * contacts.force
+    on = mine | (contacts.block_b == 2)
+    assert_allclose(forces[on].sum(axis=0), (14433.0, -25e3), rtol=1e-3)
