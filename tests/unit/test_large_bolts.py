@@ -9,10 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.model.options import Options
-from bsm_mesh.solve.stages.scheme import Watchers
-from bsm_mesh.solve.zones.scheme import ZoneStages
 from tests.scenes.large_zones import bolted, bolted_exact
+from tests.scenes.shaken_zones import unwatched
 from tests.scenes.shapes import turned
 
 
@@ -59,9 +57,7 @@ def test_energies_balance_while_a_bolted_block_is_shaken():
 
 
 def test_the_tangent_with_bolts_is_the_derivative_of_the_forces():
-    stages = ZoneStages(
-        bolted(young=1e9), Options(), Watchers(lambda *_: None, lambda _: (), lambda *_: None, lambda _: ())
-    )
+    stages = unwatched(bolted(young=1e9))
     stages.solution(0, None, None)()
     run = stages._run
     present = run.of.presence[0]

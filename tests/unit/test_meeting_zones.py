@@ -7,11 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.model.options import Options
-from bsm_mesh.results.evidence import Proof
-from bsm_mesh.solve.stages.scheme import Watchers
-from bsm_mesh.solve.zones.scheme import ZoneStages
 from tests.scenes import meeting_zones as scenes
+from tests.scenes.shaken_zones import unwatched
 from tests.scenes.shapes import rectangle
 
 SOFT = {"young": 1e10, "size": 0.5}
@@ -78,8 +75,7 @@ def test_a_block_that_is_shaken_meets_a_wall():
 
 def met(model):
     """Return the stages of a model after the first, in which blocks meet."""
-    watchers = Watchers(lambda *_: None, lambda _: (), lambda *_: Proof(text="not sought"), lambda _: ())
-    stages = ZoneStages(model, Options(), watchers)
+    stages = unwatched(model)
     stages.solution(0, None, None)()
     return stages
 
