@@ -110,34 +110,41 @@ def module_name(path: Path, root: Path) -> str:
     return name.removesuffix(".__init__")
 
 
-@cache
 def imports(source: str, module: str, is_package: bool, types: bool = True) -> list[tuple[str, bool, int]]:
     """Return (imported module, whether it is done when the module is loaded, line) of every import of a source text.
 
     `types` says whether what is imported for types only counts.
     """
+    found = all_imports(source, module, is_package)
+    return [(name, at_load, line) for name, at_load, line, for_types in found if types or not for_types]
+
+
+@cache
+def all_imports(source: str, module: str, is_package: bool) -> list[tuple[str, bool, int, bool]]:
+    """Return the imports as `imports` does, each with whether it is for types only."""
     found = []
 
     def is_for_types_only(node: ast.AST) -> bool:
         return isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
 
-    def visit(node: ast.AST, at_load: bool) -> None:
+    def visit(node: ast.AST, at_load: bool, for_types: bool) -> None:
         for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.expr):  # imports are statements
+                continue
             if isinstance(child, ast.Import):
-                found.extend((alias.name, at_load, child.lineno) for alias in child.names)
+                found.extend((alias.name, at_load, child.lineno, for_types) for alias in child.names)
             elif isinstance(child, ast.ImportFrom):
                 base = child.module or ""
                 if child.level:
                     package = module.split(".") if is_package else module.split(".")[:-1]
                     package = package[: len(package) - child.level + 1]
                     base = ".".join([*package, base] if base else package)
-                found.extend((f"{base}.{alias.name}", at_load, child.lineno) for alias in child.names)
-            if not types and is_for_types_only(child):
-                continue
-            inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) or is_for_types_only(child)
-            visit(child, at_load and not inside)
+                found.extend((f"{base}.{alias.name}", at_load, child.lineno, for_types) for alias in child.names)
+            only_types = is_for_types_only(child)
+            later = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef) or only_types
+            visit(child, at_load and not later, for_types or only_types)
 
-    visit(ast.parse(source), True)
+    visit(ast.parse(source), True, False)
     return found
 
 

@@ -53,12 +53,17 @@ WRITING = {  # to a file by name
     *("write_text", "write_bytes", "savefig", "imsave", "print_png", "Write", "save", "SetFileName"),
     *("tofile", "savez", "savez_compressed", "savetxt", "to_csv"),
 }
+CALLED = {"open", "replace", "screenshot", "write"}.union(
+    *CHANGING.values(), PATH_METHODS, WRITING
+)  # names of all these
 DRAFTS = ("draft", "self.draft", "str(draft)", "str(self.draft)")
 
 
 def writers(source: str) -> list[str]:
     """Return a call for every place that changes files without `bsm_mesh.files`, or writes other than to a draft."""
     found: list[str] = []
+    if not any(f"{name}(" in source for name in CALLED):
+        return found
 
     def visit(node: ast.AST, drafted: bool) -> None:
         if isinstance(node, ast.With) and any("whole_file(" in ast.unparse(item) for item in node.items):
@@ -72,7 +77,14 @@ def writers(source: str) -> list[str]:
     return found
 
 
+def called(call: ast.Call) -> str:
+    """Return the last name of what is called."""
+    return getattr(call.func, "attr", getattr(call.func, "id", ""))
+
+
 def _changes(call: ast.Call, drafted: bool) -> bool:
+    if called(call) not in CALLED:
+        return False
     name = ast.unparse(call.func)
     if isinstance(call.func, ast.Name):
         return name == "open" and _for_writing(call) and not drafted
@@ -153,7 +165,12 @@ ONLY_THERE = {  # what is done in one module only, so that its care is taken eve
 
 
 def calls(source: str) -> list[str]:
-    return [ast.unparse(node.func) for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+    """Return the calls of functions that are called in one module only."""
+    names = {name.rpartition(".")[2] for name in ONLY_THERE}
+    if not any(name in source for name in names):
+        return []
+    nodes = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call) and called(node) in names]
+    return [ast.unparse(node.func) for node in nodes]
 
 
 def test_what_is_done_in_one_module_only():
