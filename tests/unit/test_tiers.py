@@ -1,4 +1,4 @@
-"""Of a heavy test with several cases, the first one runs on every change."""
+"""Of the heavy cases of a test, the first one runs on every change; of tests of examples, all."""
 
 from __future__ import annotations
 
@@ -37,21 +37,25 @@ def test_light(case): ...
         ("not slow and not heavy", ["test_light[1]", "test_light[2]"]),
         (
             "heavy and not slow",
-            [
-                "test_heavy[1]",
-                "test_heavy_of_one_case",
-                "test_cases_marked_one_by_one[1]",
-                "test_cases_marked_one_by_one[2]",
-            ],
+            ["test_heavy[1]", "test_heavy_of_one_case", "test_cases_marked_one_by_one[1]"],
         ),
-        ("slow", ["test_heavy[2]", "test_heavy[3]"]),
+        ("slow", ["test_heavy[2]", "test_heavy[3]", "test_cases_marked_one_by_one[2]"]),
     ],
 )
-def test_a_heavy_test_leaves_its_first_case(tmp_path: Path, tier: str, names: list[str]) -> None:
+def test_heavy_cases_leave_their_first(tmp_path: Path, tier: str, names: list[str]) -> None:
+    assert collected(tmp_path, "test_some.py", tier) == names
+
+
+def test_every_example_is_solved(tmp_path: Path) -> None:
+    names = ["test_heavy[2]", "test_heavy[3]"]
+    assert collected(tmp_path, "tests/examples/test_some.py", "slow") == names
+
+
+def collected(tmp_path: Path, file: str, tier: str) -> list[str]:
     shutil.copy(ROOT / "conftest.py", tmp_path)
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers =\n    heavy\n    slow\n", encoding="utf-8")
-    (tmp_path / "test_some.py").write_text(TESTS, encoding="utf-8")
+    (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / file).write_text(TESTS, encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-m", tier, str(tmp_path)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, encoding="utf-8", check=True)
-    found = [line.partition("::")[2] for line in done.stdout.splitlines() if "::" in line]
-    assert found == names, done.stdout
+    return [line.partition("::")[2] for line in done.stdout.splitlines() if "::" in line]
