@@ -247,10 +247,11 @@ with_report() {
 # The daily tier has no test of signals, kills, full disks and wheels (robust), and none that is slow (heavy).
 daily="not slow and not robust and not heavy"
 
-# Tests that take MKL where it is there, and those whose numbers change most by it.
+# Tests that take MKL where it is there, and those whose numbers change most by it. The table of licences names MKL's;
+# the others of test_numbers.py are made with the solver of users.
 where_mkl_matters="tests/examples/test_examples.py tests/properties/test_invariants.py tests/unit/test_linear_solvers.py
-    tests/unit/test_mixed_precision.py tests/unit/test_numbers.py tests/unit/test_pardiso_mpi.py
-    tests/verification/test_jointed_slope.py"
+    tests/unit/test_mixed_precision.py tests/unit/test_pardiso_mpi.py tests/verification/test_jointed_slope.py
+    tests/unit/test_numbers.py::test_quick_tables_are_what_the_runs_say[licences]"
 
 # pytest's exit code 5 means that it found no test; that is a pass only where there is none to be found.
 run_tests() { # $1: which, as pytest's -m takes it; then files, all without
@@ -304,8 +305,9 @@ test_all() {
     cat "$report.beside"
     if [ "$tier" = all ]; then
         install_project "$(test_extras)"
+        # The heavy examples have been solved above.
         # shellcheck disable=SC2086 # a list of names
-        check "tests with MKL" run_tests "not slow" $where_mkl_matters
+        check "tests with MKL" run_tests "not slow" -k "not (test_examples and heavy)" $where_mkl_matters
     fi
 }
 
@@ -345,12 +347,13 @@ test_environment() (
     make_venv
     install_project "$(test_extras)"
     "$python" -m pip check || exit
-    compile_kernels
     share_the_machine
     if [ "$smoke" = yes ]; then
+        # One process compiles the kernels that these tests call, and none of the others.
         # shellcheck disable=SC2086 # a list of names
-        "$python" -m pytest -q -n 2 --dist worksteal -m "not slow" $smoke_tests
+        "$python" -m pytest -q -m "not slow" $smoke_tests
     else
+        compile_kernels
         run_tests "not slow"
     fi
 )
