@@ -72,7 +72,7 @@ def test_bound_of_blocks_on_a_map(build: Callable[..., bsm.Model]) -> None:
     assert found.beyond == pytest.approx(expected.beyond, rel=SAME)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_factor_of_safety(tmp_path: Path) -> None:
     """In map coordinates, and rounded to 8 digits, it was a tenth more: another criterion decided."""
     slope = SLOPES[0]

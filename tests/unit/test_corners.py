@@ -50,7 +50,7 @@ def force_on_upper(lower, upper, shift, first=True):
     return moving.evaluate(contacts, position).forces[1, :2], contacts
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(angles, angles, turns, turns, shifts, st.floats(0.0, 0.03), st.floats(1e-3, 0.03))
 def test_the_nearer_way_out_bears(below, above, turn, other_turn, aside, apart, pressed):

@@ -31,7 +31,7 @@ def test_direct_shear_rises_elastically_softens_and_ends_at_the_residual():
     assert_allclose(curve.normal_stress, 1e6, rtol=1e-9)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_to_and_fro_energy_is_dissipated():
     curve = direct_shear_test(JOINT, 1e6, 0.012, cycles=2)
     assert_allclose(curve.shear_displacement[[0, 200, 400, 600, 800, 1000]], np.array([0, 12, 0, -12, 0, 12]) * 1e-3)
@@ -217,7 +217,7 @@ def test_under_a_constant_stiffness_the_stress_grows_with_the_opening(steps):
     assert_allclose(curve.shear_stress[-1], mu * curve.normal_stress[-1], rtol=1e-9)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_joint_that_wears_as_it_dilates_keeps_its_stress_to_and_fro():
     """Stresses jump by what rounding leaves of the corners: no opening gives the last digit."""
     law = bsm.BartonBandis(jrc=8, jcs=60e6, residual_friction=28, roughness_wears=True)

@@ -52,7 +52,7 @@ def test_waves_through_two_joint_sets(angle):
         assert_allclose(np.abs(directions[0] @ n), [across < shear, across > shear], atol=1e-6)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_what_enters_leaves_or_stays_as_energy():
     stage = bsm.run(column(0, 12, wavelength=12.0, length=8.0)[0]).stages[-1]
     energy = dict(zip(ENERGIES, stage.shaking.energy.T, strict=True))
@@ -62,7 +62,7 @@ def test_what_enters_leaves_or_stays_as_energy():
     assert energy["kinetic"][-1] < 1e-3 * energy["kinetic"].max()
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_threads_change_no_digit(monkeypatch):
     monkeypatch.setattr("bsm_mesh.solve.motion.threads.AT_ONCE", 10)
     model, _ = column(90, 12, wavelength=12.0, length=0.5)

@@ -341,7 +341,7 @@ def test_what_is_no_picture_or_no_answer_is_not_shown(answered, tmp_path):
         assert isinstance(outcome.exception, bsm.ModelError), changed
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_study_has_a_report(tmp_path):
     (tmp_path / "model.toml").write_text(MODEL.replace(LOAD, ""))
     (tmp_path / "mesh.msh").write_text(msh())

@@ -193,7 +193,7 @@ def test_nothing_that_fails_is_no_limit():
     assert found.mechanism is None
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_other_starts_and_stiffer_joints():
     found = factor_of_safety(incline(), spread=True)
     names = [text for text, _ in found.spread]
@@ -288,7 +288,7 @@ def test_a_bound_beyond_the_bracket_is_in_the_last_line(limit, says):
         assert str(found).endswith(f"; {says}")
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_bound_without_proof_is_told(monkeypatch):
     """Forces that no proof excludes are those of another criterion: movement alone."""
     monkeypatch.setattr(strength_factor._Search, "proof", lambda search: Proof(text="rounding spoils the proof"))

@@ -40,7 +40,7 @@ def test_energies_balance_under_every_law(name):
     assert stage.shaking.heaviest == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("bolt", [{}, {"bond_strength": 2e4}, {"kind": "end_anchored", "pretension": 2e4}])
 def test_energies_balance_with_bolts(bolt):
     given = {"bolts": [bsm.Bolt(**BOLT, **bolt)]}

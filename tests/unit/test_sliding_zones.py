@@ -73,7 +73,7 @@ def test_a_block_slides_beyond_an_edge_that_falls():
     assert np.count_nonzero(there[:, 1]) == len(there) - 1
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_block_that_slid_off_is_unstable():
     """Points over the end of a face carry nothing; the others and the edge of the base do until none is left."""
     given = {"base": (0.0, 2.0)}

@@ -70,7 +70,7 @@ def test_another_verdict_under_another_load_is_no_limit():
     assert "near its limit" not in heading(told)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_blocks_that_come_down_have_no_difference():
     ends = bsm.spread(bsm.run(on_incline(25.0))).spread
     assert {one.status for one in ends} == {Status.UNSTABLE}

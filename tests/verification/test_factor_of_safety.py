@@ -92,7 +92,7 @@ def test_roof_prism_that_an_excavation_undercuts(start):
     contains(factor_of_safety(case.model(dug=True), tolerance=WIDTH, start=start), case.factor, 0.0)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "holds"), [(0.99, False), (1.2, True)])
 def test_roof_prism_that_no_strength_holds(share, holds):
     """Where its joints open before they slip: W = 2 H (ks cos(a)^2 + kn sin(a)^2) / (kn tan(a)); statics holds it."""

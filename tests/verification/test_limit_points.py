@@ -16,9 +16,9 @@ FRACTIONS = (0.5, 0.9, 0.97, 0.99, 1.01, 1.03)
     ("flatness", "kn", "given"),
     [
         (0.05, 1e9, {"half": True}),
-        (0.1, 1e13, {"half": False, "stages": 20}),
+        pytest.param(0.1, 1e13, {"half": False, "stages": 20}, marks=pytest.mark.heavy),
         (0.2, 1e10, {"half": False}),
-        (0.3, 1e8, {"half": True, "stages": 20}),
+        pytest.param(0.3, 1e8, {"half": True, "stages": 20}, marks=pytest.mark.heavy),
         (0.3, 1e11, {"half": False, "weight": True}),
         (0.5, 1e12, {"half": True, "weight": True}),
     ],

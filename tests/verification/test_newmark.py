@@ -96,7 +96,7 @@ def test_the_block_on_a_plane_beside_its_shaken_stage(scale):
     assert answer.shaken.moved[stays.side][1] < 1e-3 * EXACT
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_an_incline_yields_at_the_difference_of_friction_and_dip():
     """`incline` falls to the left; uphill it yields beyond the peak of the record, so nothing slides there."""
     time, values = quake(6.0, 4.0)

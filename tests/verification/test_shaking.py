@@ -67,7 +67,7 @@ def test_a_rocking_block_falls_back_in_a_quarter_of_housners_period(tilt):
     assert loop.shaken.heaviest == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("b", "tilt", "kn"), [(0.25, 0.25, 4e9), (0.25, 0.5, 1e9), (0.5, 0.5, 1e9), (0.5, 0.5, 6.4e10)]
 )

@@ -157,7 +157,7 @@ def test_the_thesiss_examples_have_its_verdicts(name, status, unstable, cycles):
     assert results.unstable_blocks.tolist() == unstable
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "steps"), [("03_stratified_slope/floor", 120), ("03_stratified_slope/layered", 70)])
 def test_layers_come_to_rest_on_a_floor_where_blocks_have_mass(name, steps):
     """Section 4.6, Example 3: layer 2 stops at the bottom, layer 1 on it; the rock below stays where it is.

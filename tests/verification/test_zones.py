@@ -167,7 +167,7 @@ def test_brazilian_disc():
     assert_allclose(disc(2, 0.08), 1.0, rtol=0.015)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_rigid_limit():
     """Zones of 1e13 Pa move as rigid blocks do: a tunnel in stages, an arch, a wall.
 
