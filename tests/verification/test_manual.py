@@ -19,25 +19,39 @@ from verification.sources import KINDS, SOURCES
 
 ROOT = Path(__file__).parents[2]
 QUICK = [name for name, case in CASES.items() if not case.is_slow]
-HEAVY = (
+LONG = (
     "bench-barton-bandis",
     "bench-ladanyi-archambault",
     "bench-mohr-coulomb-softening",
     "cycles-of-a-slide",
     "dilation",
+    "sheet-pile",
+)
+HEAVY = (
+    "arch-that-falls",
+    "brittle-cohesion",
     "earthquake",
+    "example-2-apart",
     "example-3",
     "example-3-toe",
+    "example-4",
+    "graph-laplacian",
+    "hung-block",
     "laid-lengths",
     "laid-verdicts",
-    "sheet-pile",
+    "limit-angle",
+    "softening",
+    "stack-that-falls",
+    "toppled-slab",
     "tutorial-of-udec",
 )
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.heavy] if name in HEAVY else []) for name in QUICK]
-)
+def marks(name: str) -> list[pytest.MarkDecorator]:
+    return [pytest.mark.slow] if name in LONG else [pytest.mark.heavy] if name in HEAVY else []
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=marks(name)) for name in QUICK])
 def test_case(name: str) -> None:
     case = CASES[name]
     exact, found = case.answer
