@@ -39,10 +39,10 @@ def landed(solids, corners, **more):
         (0, 0, 0.03),
         (10, 0, 0.01),
         (30, 0, 0.02),
-        (40, 0, 0.005),
-        (45, 0, 0.05),
-        (40, 40, 0.05),
-        (30, 45, 0.01),
+        pytest.param(40, 0, 0.005, marks=pytest.mark.heavy),
+        pytest.param(45, 0, 0.05, marks=pytest.mark.heavy),
+        pytest.param(40, 40, 0.05, marks=pytest.mark.heavy),
+        pytest.param(30, 45, 0.01, marks=pytest.mark.heavy),
     ],
 )
 def test_a_cube_that_drops_rests_on_a_face_by_its_weight(about_y, about_x, gap):
