@@ -50,7 +50,7 @@ def first(x):
 def second(x):
     return first(x) + 1
 """
-AT_ONCE = 5  # processes
+AT_ONCE = 10  # processes
 CALL = "import kernels, bsm_mesh.kernel_files as files; print(kernels.second(1), files._compiled, files.places().write)"
 
 
