@@ -1,0 +1,135 @@
+"""Rules of corners of blocks with zones, left out one by one: ``python -m benchmarks.zone_corners``.
+
+Blocks are pushed by little beyond a joint of their base: friction alone resists. Starter slopes with weak bedding and
+cross joints show rests at corners, where limit analysis finds none. With ``--into PAGE`` the table takes the place of
+what is between that page's marks.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from contextlib import redirect_stdout
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+import bsm_mesh as bsm
+from benchmarks.pages import add_into, tell
+from benchmarks.sliding_zones import SEED, Member
+from bsm_mesh.commands.starters import write_starter
+from bsm_mesh.contact.rules import RULES as CONTACT_RULES
+from bsm_mesh.modelfile.variation import Variation
+from bsm_mesh.solve.zones import met_points, moving_points
+from bsm_mesh.solve.zones.moving_points import MovingPoints
+from examples.numbers.pages import markdown
+from tests.scenes.large_zones import FRICTION, forces_below
+
+COMMAND = "python -m benchmarks.zone_corners"
+# Rules of corners, and what takes their place.
+RULES: tuple[tuple[str, Any, str, Any], ...] = (
+    ("all rules", moving_points, "SLID", moving_points.SLID),
+    ("a lip carries", MovingPoints, "_behind_ends", lambda self: np.zeros(len(self.node))),
+    ("corners behind another face", met_points, "_leaves_over_another", lambda near, on, face: np.zeros_like(on)),
+    ("two opposing edges at once", met_points, "_opposed", lambda near, on, closed: np.zeros_like(on)),
+)
+SECOND_BENCH = '[[stage]]\nname = "lower bench"'  # and what follows it in the starter's file
+FAMILY = {
+    "height": (6.0, 10.0),
+    "angle": (60.0, 80.0),
+    "bedding_dip": (38.0, 58.0),
+    "joint_dip": (100.0, 130.0),
+    "bedding_spacing": (3.0, 5.0),
+    "joint_spacing": (3.0, 6.0),
+}  # m, degrees
+STIFFNESS = {
+    "bedding.normal_stiffness": 1e9,
+    "bedding.shear_stiffness": 5e8,
+    "J2.normal_stiffness": 1e10,
+    "J2.shear_stiffness": 5e8,
+}  # Pa/m: bedding sinks in so far that corners of neighbours stand out
+STRENGTH = {"bedding": (15.0, 35.0), "J2": (10.0, 30.0)}  # degrees
+
+
+def beyond_joints(count: int) -> list[Member]:
+    """Return blocks whose front is pushed up to .03 of their width beyond a joint of the base."""
+    random, found = np.random.default_rng(SEED), []
+    for number in range(count):
+        width, by = random.uniform(0.6, 1.6), random.uniform(0.1, 1.0)
+        joint = 0.5 + width + by - random.uniform(0, 0.03) * width
+        size = float(random.uniform(0.25, 0.6))
+        base, block = (0.0, joint, joint + 1.5), (0.5, 0.5 + width)
+        found.append(Member(by=by, order=1 + number % 2, size=size, base=base, block=block))
+    return found
+
+
+def slopes(count: int) -> list[bsm.Model]:
+    """Return so many starter slopes of one bench with zones, weak bedding and cross joints."""
+    random, found = np.random.default_rng(SEED), list[bsm.Model]()
+    with TemporaryDirectory() as folder, redirect_stdout(StringIO()):
+        write_starter("slope", Path(folder) / "slope")
+        path = Path(folder) / "slope" / "model.toml"
+        path.write_text(path.read_text("utf-8").partition(SECOND_BENCH)[0], "utf-8")
+        file = Variation(path)
+        for number in range(count):
+            drawn = {name: float(random.uniform(*ends)) for name, ends in FAMILY.items()}
+            values = {f"mesh.parameters.{name}": value for name, value in (drawn | {"seed": number + 1}).items()}
+            values |= {f"joint.{name}.friction": float(random.uniform(*ends)) for name, ends in STRENGTH.items()}
+            values |= {f"joint.{name}": value for name, value in STIFFNESS.items()}
+            model = file.model(values | {"mesh.parameters.benches": 1, "in_situ.surface": drawn["height"]}).model
+            zones = bsm.Zones(order=1, displacement="large")
+            rocks = [replace(rock, young=1e9, poisson=0.25, zones=zones) for rock in model.rocks]
+            found.append(model.replace(rocks=rocks))
+    return found
+
+
+def held_by_corners(model: bsm.Model) -> str:
+    """Return how a slope ended; 'at a lip': a rest too near, where limit analysis finds none."""
+    stage = bsm.run(model).stages[-1]
+    far = (
+        np.hypot(*stage.stage_displacement[:, :2].T).max()
+        > CONTACT_RULES.min_overlap * model.blocks.moments.median_size
+    )
+    refused = any("cannot be at rest where given" in note for note in stage.notes)
+    return "at a lip" if stage.status == "stable" and refused and not far else str(stage.status)
+
+
+def main() -> None:
+    """Make the table, and print it or put it into a page."""
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    parser.add_argument("--members", type=int, default=24)
+    parser.add_argument("--slopes", type=int, default=6)
+    add_into(parser, COMMAND)
+    given = parser.parse_args()
+    members, models, rows = beyond_joints(given.members), slopes(given.slopes), []
+    for name, owner, attribute, value in RULES:
+        with patch.object(owner, attribute, value):
+            found = [member.run() for member in members]
+            ends = Counter(held_by_corners(model) for model in models)
+        off = []
+        for one in found:
+            if one.status == "stable":
+                x, y = forces_below(one).sum(axis=0)
+                off.append(abs(-x / y / np.tan(np.radians(FRICTION)) - 1))
+        ended = (str(ends[each]) for each in ("at a lip", "stable", "unstable", "not_converged"))
+        rows.append((name, str(len(off)), f"{max(off):.1e}", *ended))
+        print(*rows[-1], flush=True)
+    header = (
+        "rules",
+        f"at rest beyond a joint, of {len(members)}",
+        "shear off N tan(friction)",
+        f"of {len(models)} slopes at a lip",
+        "stable",
+        "unstable",
+        "not converged",
+    )
+    tell(markdown(header, rows), COMMAND, given.into)
+
+
+if __name__ == "__main__":
+    main()
