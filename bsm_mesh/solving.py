@@ -219,7 +219,7 @@ def solve(
 
 def _results_of(model: Model, options: Options, recorder: Recorder, solved: Stages) -> Callable[..., Results]:
     """Return what makes the results of a model from stages, and from whether the run is at its end."""
-    from bsm_mesh.results.results import Results
+    from bsm_mesh.results.results import Results, StageResults
 
     digest = model.digest
 
@@ -227,7 +227,7 @@ def _results_of(model: Model, options: Options, recorder: Recorder, solved: Stag
         return Results(
             blocks=model.blocks,
             joint_names=tuple(joint.name for joint in model.joints),
-            stages=stages,
+            stages=StageResults(stages),
             scheme=solved.name,
             linear_solver=solved.linear_solver,
             tolerance=options.tolerance,

@@ -15,7 +15,7 @@ from bsm_mesh.folder.storage import load_results
 from bsm_mesh.folder.summary import code_digest, fingerprint, versions
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
-from bsm_mesh.results.results import Results
+from bsm_mesh.results.results import Results, StageResults
 from bsm_mesh.solve.stages.checkpoint import Checkpoint
 
 CHANGED = {  # entries of an identity, and what it means that they differ
@@ -98,7 +98,7 @@ def _finished(place: Path, count: int) -> Results | None:
         raise ModelError(f"the finished stages of an interrupted run: {error}; {CURE}") from error
     if len(results.stages) < count:
         raise ModelError(f"{place / SUMMARY} has no record of a finished stage; {CURE}")
-    return replace(results, stages=results.stages[:count], finished=False)
+    return replace(results, stages=StageResults(results.stages[:count]), finished=False)
 
 
 def _refuse_finished(folder: ResultsFolder, digest: str) -> None:

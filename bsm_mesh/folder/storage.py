@@ -26,7 +26,7 @@ from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.histories import Recorded
 from bsm_mesh.results.records import StageResult, Status, StepRecord
-from bsm_mesh.results.results import Results
+from bsm_mesh.results.results import Results, StageResults
 from bsm_mesh.results.spread import RouteEnd
 
 SEVERAL_TIMES = 5
@@ -111,7 +111,7 @@ def _load(saved: SavedResults) -> Results:
     return Results(
         blocks=blocks,
         joint_names=tuple(told["joint_names"]),
-        stages=tuple(stages),
+        stages=StageResults(stages),
         scheme=told["scheme"],
         linear_solver=told["linear_solver"],
         tolerance=told["tolerance"],

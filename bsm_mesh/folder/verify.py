@@ -17,7 +17,7 @@ from bsm_mesh.errors import ModelError, named_stage
 from bsm_mesh.folder.older_results import WRITTEN
 from bsm_mesh.folder.saved_results import SavedResults, damage_told
 from bsm_mesh.results.records import StageResult
-from bsm_mesh.results.results import Results
+from bsm_mesh.results.results import Results, StageResults
 from bsm_mesh.text.terminal import say, say_json
 
 HELD, FAILED = 0, 3  # exit codes
@@ -138,4 +138,4 @@ def _against(results: Results, stage: StageResult) -> list[str]:
     """Return the faults that the results' own check, which knows no limit of size, finds in a stage at rest."""
     if not stage.status.is_at_rest:
         return []
-    return list(replace(results, stages=(stage,)).check().faults)
+    return list(replace(results, stages=StageResults((stage,))).check().faults)

@@ -20,7 +20,7 @@ from bsm_mesh.pictures.pictures import figure_of
 from bsm_mesh.pictures.scene import Window
 from bsm_mesh.pictures.sheets import new_sheet, scene_of
 from bsm_mesh.results.records import StageResult
-from bsm_mesh.results.results import Results, Source
+from bsm_mesh.results.results import Results, Source, StageResults
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,7 +92,7 @@ def as_given(model: Model) -> Results:
     return Results(
         blocks=blocks,
         joint_names=tuple(joint.name for joint in model.joints),
-        stages=(stage,),
+        stages=StageResults((stage,)),
         scheme="linear",
         linear_solver="",
         tolerance=0.0,

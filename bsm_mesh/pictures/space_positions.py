@@ -17,6 +17,7 @@ from bsm_mesh.pictures.canvas import FALLS, GIVEN, MOVED, OUTLINE, ROCKS
 from bsm_mesh.pictures.space_scene import SpaceScene
 from bsm_mesh.pictures.space_sheet import SpaceSheet
 from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import StageResults
 
 
 class SpacePositions:
@@ -36,7 +37,7 @@ class SpacePositions:
     def _scene(self, frame: Frame) -> SpaceScene:
         if self._last is None or self._last[0] != frame:
             results = self._end.results
-            stages = (self._stage(frame), *results.stages)
+            stages = StageResults((self._stage(frame), *results.stages))
             scene = replace(self._end, results=replace(results, stages=stages), number=0, look=self._end.eye)
             self._last = frame, scene
         return self._last[1]

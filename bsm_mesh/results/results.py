@@ -6,11 +6,11 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, TypeAlias, overload
 
 from bsm_mesh import doors
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.errors import counted, named_stage, numbered, shortened
+from bsm_mesh.errors import UnknownNameError, counted, named_stage, nearest, numbered, shortened
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space, refuse_space
 from bsm_mesh.reading import as_path
@@ -31,6 +31,25 @@ Source: TypeAlias = "str | os.PathLike[str] | Results"
 """Reference values of histories: a table (CSV), a results folder, or other results."""
 
 
+class StageResults(tuple[StageResult, ...]):
+    """The stages of a run in their order: a tuple whose items have names too, ``stages["bench 1"]``."""
+
+    __slots__ = ()
+
+    @overload
+    def __getitem__(self, stage: SupportsIndex | str) -> StageResult: ...
+    @overload
+    def __getitem__(self, stage: slice) -> tuple[StageResult, ...]: ...
+    def __getitem__(self, stage: SupportsIndex | str | slice) -> StageResult | tuple[StageResult, ...]:
+        """Return the stage of a name or a number, or those of a slice."""
+        if not isinstance(stage, str):
+            return super().__getitem__(stage)
+        names = [each.name for each in self]
+        if stage not in names:
+            raise UnknownNameError(f"there is no stage {stage!r}{nearest(stage, names)}")
+        return self[names.index(stage)]
+
+
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Results:
     """All stages of a run, or those finished so far.
@@ -42,7 +61,7 @@ class Results:
     joint_names : tuple of str
         Names for ``contacts.joint``.
     stages : tuple of StageResult
-        At least one; the last gives the verdict, if the run is finished.
+        At least one; the last gives the verdict, if the run is finished. ``stages["bench 1"]`` is found by its name.
     scheme, linear_solver : str
         Those of the run.
     tolerance : float
@@ -85,7 +104,7 @@ class Results:
 
     blocks: Blocks
     joint_names: tuple[str, ...]
-    stages: tuple[StageResult, ...]
+    stages: StageResults
     scheme: str
     linear_solver: str
     tolerance: float

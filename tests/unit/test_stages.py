@@ -247,3 +247,11 @@ def test_blocks_that_come_to_rest_far_off_are_noted(gap, said):
     assert verdict_in_words(model.blocks, stage) == (
         "stable, after 1 block moved by 0.11 m (0.11 of the block's size)" if said else "stable"
     )
+
+
+def test_a_stage_of_the_results_has_a_name_too() -> None:
+    results = bsm.run(tower([bsm.Stage(name="dig", excavate=["top"])]), LINEAR)
+    assert results.stages["dig"] is results.stages[1]
+    assert results.stages[:1] == (results.stages["initial"],)
+    with pytest.raises(KeyError, match=r"^there is no stage 'dg'; did you mean 'dig'\? \(known: dig, initial\)$"):
+        results.stages["dg"]
