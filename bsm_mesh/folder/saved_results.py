@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import MAX_NAMED, ModelError, raise_faults
 from bsm_mesh.folder.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, link_on_the_way, run_number
 from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.folder.summary import finished_stages, read_summary
@@ -211,4 +211,20 @@ def find_results(folder: Path) -> Path:
     ]
     what = "is no folder" if folder.exists() else "does not exist"
     what = f"holds no results (no {SUMMARY})" if folder.is_dir() else what
+    inside = [str(place) for place in _results_within(folder if folder.is_dir() else folder.parent)]
+    hints += (
+        [f"; results are in {', '.join(inside[:MAX_NAMED])}{', ...' if len(inside) > MAX_NAMED else ''}"]
+        if inside
+        else []
+    )
     raise ModelError(f"{folder} {what}; give the output folder of a run{''.join(hints)}")
+
+
+def _results_within(folder: Path) -> list[Path]:
+    """Return the folders of finished results in a folder, such as ``out/model`` next to a model file."""
+    return sorted(
+        place
+        for pattern in (f"*/{SUMMARY}", f"*/*/{SUMMARY}")
+        for place in (path.parent for path in folder.glob(pattern))
+        if run_number(place) is not None
+    )

@@ -9,7 +9,7 @@ from typing import Any
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.frames import frames_in
-from bsm_mesh.folder.saved_results import SavedResults, damage_told
+from bsm_mesh.folder.saved_results import SavedResults, damage_told, find_results
 from bsm_mesh.movements import lengths
 from bsm_mesh.pages.view_space import view_of_space
 from bsm_mesh.text.exaggeration import exaggeration, size_of
@@ -30,6 +30,7 @@ def write_paraview(out: Path) -> Path:
     """
     from jinja2 import Environment
 
+    find_results(out)
     added, saved = AddedFiles(out), SavedResults(out)
     with damage_told(out):
         greatest, factor, size = _movements(saved)

@@ -15,7 +15,7 @@ from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.key_block_files import RECORD
 from bsm_mesh.folder.own_files import SUMMARY
 from bsm_mesh.folder.safety_files import ANSWER, LIMIT, SAFETY
-from bsm_mesh.folder.saved_results import damage_told
+from bsm_mesh.folder.saved_results import damage_told, find_results
 from bsm_mesh.modelfile.model_text import MODEL
 from bsm_mesh.pages.report_answers import (
     answers_beside,
@@ -84,6 +84,8 @@ def write_report(
     from jinja2 import Environment
 
     chosen = fields or ReportFields()
+    if not (is_study(out) or (out / RECORD).is_file() or (out / ANSWER).is_file()):
+        find_results(out)
     added = AddedFiles(out) if not is_study(out) else None
     with damage_told(out):
         content = _content(out, progress, pictures=pictures, safety=safety)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.added_files import AddedFiles
-from bsm_mesh.folder.saved_results import SavedResults, damage_told
+from bsm_mesh.folder.saved_results import SavedResults, damage_told, find_results
 from bsm_mesh.pages.view_data import read_view
 from bsm_mesh.pages.view_page import page_of
 from bsm_mesh.pages.view_space import space_page_of, view_of_space
@@ -23,6 +23,7 @@ def write_view(out: Path) -> Path:
     ModelError
         If the folder holds no results, or they are damaged or too large for a page, or a library is not there.
     """
+    find_results(out)
     added, saved = AddedFiles(out), SavedResults(out)
     with damage_told(out):
         data, title = read_view(saved), heading(saved.told)

@@ -161,6 +161,16 @@ def test_no_continuum_of_rigid_rock_without_joints(case: Case) -> None:
     )
 
 
+@pytest.mark.parametrize("command", ["plot", "verify", "report", "view", "paraview"])
+def test_the_folder_of_a_model_is_answered_with_that_of_its_results(case: Case, command: str) -> None:
+    says = [". holds no results (no summary.json); give the output folder of a run"]
+    assert "results are in" not in case.refuses(command, ".", "-q", says=says)
+    for name in ("out/model", "other"):
+        case.write(f"{name}/summary.json", '{"run": 1, "status": "stable"}')
+    case.refuses(command, ".", "-q", says=[*says, "; results are in other, out/model"])
+    case.refuses(command, "model.toml", "-q", says=["model.toml is no folder", "; results are in other, out/model"])
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -207,7 +217,7 @@ def test_plot_of_a_damaged_run(case: Case, name: str) -> None:
         (["compare", "gone.toml"], ["gone.toml: there is no such file"]),
         (["mesh", "nope"], ["there is no case 'nope'"]),
         (["plot", "."], [". holds no results"]),
-        (["report", "model.toml"], ["model.toml: it is not a folder; give a folder of results"]),
+        (["report", "model.toml"], ["model.toml is no folder; give the output folder of a run"]),
         (["new", "tunnel", "."], ["exists and is not empty"]),
     ],
 )
