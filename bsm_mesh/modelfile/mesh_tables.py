@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
 from pydantic.fields import FieldInfo
@@ -33,9 +34,13 @@ def finite(value: Any) -> Any:
 
 
 class Table(BaseModel):
-    """A table of the file; a key that it does not know is an error."""
+    """A table of the file; a key that it does not know is an error.
+
+    `meant` has the cure for names that users write for another key.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    meant: ClassVar[Mapping[str, str]] = {}
 
     @classmethod
     def by_key(cls) -> dict[str, FieldInfo]:

@@ -98,7 +98,21 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
     except RecursionError:
         raise ModelError(f"{path}: not a {kind}: brackets nested too deep") from None
     raise_faults([f"{path.name}: {key} = a whole number that {TOO_WIDE}" for key in _too_wide(content)])
+    _refuse_other_kind(content, path, kind)
     return content
+
+
+def _refuse_other_kind(content: dict[str, Any], path: Path, kind: str) -> None:
+    """Raise for a model file where a study file is expected, and the other way round."""
+    of_model, of_study = not content.keys().isdisjoint(("mesh", "rock")), "vary" in content
+    if kind == "study file" and of_model and not of_study:
+        raise ModelError(
+            f"{path}: is a model file, not a study file; solve it with `bsm-mesh run {path}`, or write a study file "
+            f'with model = "{path.name}" and a table [vary]'
+        )
+    if kind == "model file" and of_study and not of_model:
+        model = f", or give its model file: {path.parent / str(content['model'])}" if "model" in content else ""
+        raise ModelError(f"{path}: is a study file, not a model file; run it with `bsm-mesh study {path}`{model}")
 
 
 def validated(content: dict[str, Any], name: str) -> ModelFile:
@@ -232,6 +246,8 @@ def _where_it_belongs(path: list[int | str], root: type[Table]) -> str:
     table, key = _table_at(path[:-1], root), str(path[-1])
     if table is None:
         return nearest(key, [])
+    if key in table.meant:
+        return f"; {table.meant[key]}"
     fields = table.by_key()
     inner = {name: _table_in(field.annotation) for name, field in fields.items() if _is_one_table(field.annotation)}
     homes = [f"{name} = {{ {key} = ... }}" for name, kind in inner.items() if kind is not None and key in kind.by_key()]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
 
@@ -176,6 +177,9 @@ class MassDampingTable(Table):
 class ShakingTable(Table):
     """Shaking of all supports together or of a quiet boundary, by a record or a waveform."""
 
+    meant: ClassVar[Mapping[str, str]] = {
+        name: f'write record, or waveform with frequency and amplitude, and quantity = "{name}"' for name in UNITS
+    }
     record: PathText | list[list[Annotated[float, q.MOTION]]] | None = Field(
         default=None,
         description="table (CSV) of time and acceleration, velocity or stress, units in its header, or a file of PEER "

@@ -11,7 +11,7 @@ from bsm_mesh.model.beside import UNITS, Beside
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.beside import along_line
 from bsm_mesh.results.histories import Recorded, Recorder
-from bsm_mesh.results.results import Results
+from bsm_mesh.results.results import Results, StageResults
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def history_values(
         bolts=nominal.bolts,
         present=matched.present,
     )
-    ours, fem = (recorder.measure(replace(results, stages=(side,))) for side in (stage, theirs))
+    ours, fem = (recorder.measure(replace(results, stages=StageResults((side,)))) for side in (stage, theirs))
     columns = [
         (one.name, quantity, unit)
         for one in recorder.recorded

@@ -8,6 +8,7 @@ from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.modelfile.model_tables import StageTable
 from bsm_mesh.modelfile.record_files import read_record
 from tests.scenes.shaken import block_on_plane
+from tests.scenes.small_case import MODEL
 
 PEER = "PEER\nA\nB\nNPTS= 3, DT= .1000 SEC\n 0.0 .5E+00\n -.25\n"
 CSV = "time [s],acceleration [g]\n0.0,0.0\n0.1,0.5\n0.2,-0.25\n"
@@ -118,3 +119,10 @@ def test_the_model_that_was_run_is_written_and_read_back(tmp_path, name):
     (tmp_path / "out" / "bad.toml").write_text(text.replace("[stage.shaking]", "[stage.shaking]\nevery_s = 1"))
     with pytest.raises(bsm.ModelError, match="every_s"):
         bsm.load(tmp_path / "out" / "bad.toml")
+
+
+def test_a_quantity_written_as_a_key_is_answered_with_the_keys_of_record_and_waveform(case):
+    case.write("model.toml", MODEL + "[[stage]]\nname = 'quake'\n[stage.shaking]\nacceleration = '0.3 g'\n")
+    case.refuses(
+        "check", "model.toml", says=["unknown key 'acceleration'; write record, or waveform with", "amplitude"]
+    )

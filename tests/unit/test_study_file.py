@@ -120,6 +120,20 @@ def test_bad_study_files(study: Case, old: str, new: str, says: str) -> None:
     study.refuses("study", "study.toml", "-q", says=[says])
 
 
+@pytest.mark.parametrize("command", ["run", "check", "safety", "limit", "key-blocks", "compare"])
+def test_a_study_file_for_a_model_file_is_named_with_the_command(study: Case, command: str) -> None:
+    study.write("deep/study.toml", STUDY)
+    says = ["deep/study.toml: is a study file, not a model file", "`bsm-mesh study deep/study.toml`", "deep/model.toml"]
+    study.refuses(command, "deep/study.toml", says=says)
+
+
+def test_a_model_file_for_a_study_file_is_named_with_the_command(study: Case) -> None:
+    says = ["model.toml: is a model file, not a study file", "`bsm-mesh run model.toml`", 'model = "model.toml"']
+    study.refuses("study", "model.toml", "-q", says=says)
+    study.write("other.toml", MODEL + "[vary]\n")  # both: the keys are judged one by one
+    study.refuses("run", "other.toml", "-q", says=["unknown key 'vary'"])
+
+
 def test_no_study_file(study: Case) -> None:
     study.refuses("study", "stduy.toml", says=["there is no such file; did you mean 'study.toml'"])
     study.refuses("study", ".", says=["is a folder; give the study file in it (study.toml)"])
