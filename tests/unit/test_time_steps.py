@@ -13,7 +13,7 @@ from bsm_mesh.model.zones import has_zones
 from bsm_mesh.solve.continuation.time_steps import time_steps_of
 from bsm_mesh.solve.linear.readiness import make_ready
 from bsm_mesh.solve.zones.scheme import zone_time_steps
-from bsm_mesh.text.shaking_given import order_of
+from bsm_mesh.text.shaking_given import expected_notes, order_of
 from tests.scenes.shaken import STAGE, block_on_plane, shaken, wall
 from tests.scenes.shaken_zones import PILE, column, shaken_zones
 from tests.scenes.shapes import rectangle, running_bond
@@ -98,6 +98,18 @@ def test_check_names_the_sliver_that_decides_the_time_step(tmp_path, capsys):
     (given,) = estimates(shaken(polygons, replace(EXPLICIT, mass_scaling=10)))
     assert given.scaling == 1  # no usual factor is left
     assert given.time_step / estimates(shaken(polygons, EXPLICIT))[0].time_step == pytest.approx(10**0.5, rel=0.01)
+
+
+def test_a_sliver_with_zones_is_named_too():
+    """A square of 5 mm on the base of blocks of 1 m: its elements are a hundredth of theirs."""
+    (plain,) = estimates(shaken_zones(PILE, EXPLICIT, young=1e9))
+    (found,) = estimates(shaken_zones([*PILE, rectangle(-1.5, 0, -1.495, 0.005)], EXPLICIT, young=1e9))
+    assert (found.block, found.scaling) == (4, 1.0)
+    assert found.shorter > 20 > 5 > plain.shorter
+    assert plain.time_step / found.time_step > 20
+    (note,) = expected_notes([found], bsm.Blocks.from_polygons([*PILE, rectangle(-1.5, 0, -1.495, 0.005)], rock="r"))
+    assert "block 4 at (-1.498, 0.002) m" in note
+    assert "mass_scaling" not in note
 
 
 def bridged(overlap, **given):

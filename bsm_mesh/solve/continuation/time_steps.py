@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
 from bsm_mesh.model.loads import point_forces_of
@@ -18,7 +16,7 @@ from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 from bsm_mesh.solve.motion.shaken_motion import ShakenMotion
-from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated
+from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated, shortest
 from bsm_mesh.solve.stages.new_faces import concatenate
 
 
@@ -60,14 +58,11 @@ def time_steps_of(model: Model, options: Options) -> list[TimeSteps]:
 def _shortest(blocks: ShakenMotion, given: float, number: IntArray) -> dict[str, Any]:
     """Return the block with the shortest time step by its number, and the effect of a usual mass scaling."""
     steps = blocks.steps_of_blocks(given)
-    block, limited = int(steps.argmin()), steps[np.isfinite(steps)]
-    if not limited.size:
-        return {}
-    found = {"block": int(number[block]), "shorter": float(np.median(limited) / steps[block])}
+    found = shortest(steps, number)
     assert MASS_SCALING.usual is not None
     scaling = MASS_SCALING.usual[1]
-    if given >= scaling:
+    if not found or given >= scaling:
         return found
     least = float(blocks.steps_of_blocks(scaling).min())
     heavier = int((blocks.steps_of_blocks(1.0) < least).sum())
-    return found | {"scaling": scaling, "longer": least / float(steps[block]), "heavier": heavier}
+    return found | {"scaling": scaling, "longer": least / float(steps.min()), "heavier": heavier}

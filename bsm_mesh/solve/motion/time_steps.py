@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from time import process_time
 from typing import Any
 
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.shaken_motion import UNDAMPED
 
@@ -31,7 +34,7 @@ class TimeSteps:
         Processor time of the shaking on this machine, from a few of its time steps. Following blocks to rest is not
         in it.
     block : int or None
-        The rigid block that allows the shortest time step; None of blocks with zones and the implicit integrator.
+        The block that allows the shortest time step; None of the implicit integrator.
     shorter : float
         How many times as long a time step the median block allows.
     scaling : float
@@ -50,6 +53,15 @@ class TimeSteps:
     scaling: float = 1.0
     longer: float = 1.0
     heavier: int = 0
+
+
+def shortest(steps: FloatArray, number: IntArray) -> dict[str, Any]:
+    """Return the number of the block that allows the shortest of time steps (n,) [s], and the median over it."""
+    limited = steps[np.isfinite(steps)]
+    if not limited.size:
+        return {}
+    block = int(steps.argmin())
+    return {"block": int(number[block]), "shorter": float(np.median(limited) / steps[block])}
 
 
 def estimated(name: str, shaking: Shaking, blocks: Any) -> TimeSteps:

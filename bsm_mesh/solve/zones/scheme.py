@@ -17,7 +17,7 @@ from bsm_mesh.model.start import start_faults
 from bsm_mesh.model.zones import large_zones, zone_order
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, StepRecord
-from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated
+from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated, shortest
 from bsm_mesh.solve.stages.as_built import small_blocks
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
@@ -69,7 +69,9 @@ def zone_time_steps(model: Model, options: Options) -> list[TimeSteps]:
         if stage.shaking is not None:
             of = zoned(model, options)
             run = StageRun(of, nominal_constants(model).stiffness[of.mesh.block])
-            found.append(estimated(stage.name, stage.shaking, as_given(run, number, stage.shaking)))
+            blocks = as_given(run, number, stage.shaking)
+            least = shortest(blocks.steps_of_blocks(), np.arange(model.blocks.count))
+            found.append(replace(estimated(stage.name, stage.shaking, blocks), **least))
     return found
 
 
