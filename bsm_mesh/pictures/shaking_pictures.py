@@ -35,7 +35,10 @@ def draw_peak_acceleration(sheet: Sheet) -> str | None:
     add_outline(sheet)
     greatest = float(values[scene.shown].max(initial=0.0))
     base = float(np.abs(shaking.base_acceleration).max()) / GRAVITY
-    return f"greatest acceleration of the blocks, up to {greatest:.3g} g (base: {base:.3g} g){remark}"
+    return (
+        f"greatest acceleration of the blocks, up to {greatest:.3g} g (base: {base:.3g} g); "
+        f"impacts of blocks on each other make short peaks{remark}"
+    )
 
 
 def draw_permanent(sheet: Sheet) -> str | None:

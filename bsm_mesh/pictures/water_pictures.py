@@ -25,6 +25,7 @@ def draw_water(sheet: Sheet) -> str | None:
     x0, y0, x1, y1 = scene.view
     low, high = ends.min(axis=1, initial=np.inf), ends.max(axis=1, initial=-np.inf)
     seen = ((high > (x0, y0)) & (low < (x1, y1))).all(axis=1)
+    seen &= (low < high).any(axis=1)  # a table through a corner leaves parts without length
     greatest = float(pressure[seen].max(initial=0.0))
     if greatest <= 0:
         return None

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
@@ -12,6 +13,10 @@ from bsm_mesh.results.shaking import ENERGIES
 from tests.scenes.shaken import block_on_plane, quake, wall
 
 NEW = ("shaking_acceleration", "shaking_displacement", "shaking_histories", "shaking_energy")
+
+
+def texts_of(figure):
+    return [text.get_text() for text in figure.findobj(Text)]
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +40,7 @@ def test_maps_show_what_the_results_say(results):
     drawn = [each.get_array() for each in figure_of(results, "shaking_acceleration").axes[0].collections]
     (shown,) = [each for each in drawn if each is not None]
     assert_allclose(shown, stage.shaking.peak_acceleration[1:] / GRAVITY)  # the first block is the base
+    assert "impacts" in " ".join(texts_of(figure_of(results, "shaking_acceleration")))  # of 130 g, at a base of 0.3 g
     left = figure_of(results, "shaking_displacement").axes[0].collections[0].get_array()
     moved = np.hypot(*stage.stage_displacement[:, :2].T)
     assert_allclose(left / left.max(), moved / moved.max())

@@ -101,3 +101,11 @@ def test_the_picture_is_as_wide_as_the_pressure():
     assert_allclose(width / width.max(), values / values.max(), atol=1e-6)
     assert "water pressure along the faces, kPa" in [axes.get_ylabel() for axes in figure.axes]
     assert figure_of(wet({"table": []}), "water_pressure") is None
+
+
+def test_a_table_through_corners_leaves_parts_without_length_out_of_the_picture():
+    """Their direction was divided by nothing: a warning, which is an error here."""
+    shapes = [turned(shape, 51.676001087219646) for shape in grid(3, 3)]
+    table = [(-1.7334424141934228, 2.644839767675024), (0.4556986767408008, 2.1891410909342235)]
+    results = bsm.run(model_of(shapes, fixed=(0, 1, 2), water=bsm.Water(table=table)), LINEAR)
+    assert figure_of(results, "water_pressure") is not None
