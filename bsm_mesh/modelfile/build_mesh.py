@@ -118,7 +118,7 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
 
 @contextmanager
 def stdout_to_stderr() -> Iterator[None]:
-    """Redirect stdout to stderr, also of Gmsh's own output without its Info lines; a quiet command drops it."""
+    """Redirect stdout to stderr, also Gmsh's own output without its Info lines; quiet commands and Python drop it."""
     if sys.stdout is not None:
         sys.stdout.flush()
     with unnamed_file() as printed:

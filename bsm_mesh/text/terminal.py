@@ -16,12 +16,12 @@ from typing import Any
 
 from bsm_mesh.errors import one_line, printable
 
-_QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
+_QUIET: ContextVar[bool] = ContextVar("quiet", default=True)  # in Python
 
 
 @contextlib.contextmanager
 def quietly(quiet: bool) -> Iterator[None]:
-    """Drop the lines that geometry scripts print meanwhile, where a command is `quiet`."""
+    """Show the lines that geometry scripts print meanwhile, or drop them where a command is `quiet`."""
     before = _QUIET.set(quiet)
     try:
         yield
@@ -30,7 +30,7 @@ def quietly(quiet: bool) -> Iterator[None]:
 
 
 def is_quiet() -> bool:
-    """Return whether a quiet command is at work."""
+    """Return whether a quiet command is at work, or none."""
     return _QUIET.get()
 
 

@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+import bsm_mesh as bsm
 from tests.scenes.small_case import GEOMETRY, Case, run_process
 
 
@@ -30,6 +31,17 @@ def test_a_quiet_command_drops_what_a_geometry_prints(case: Case, command: str) 
     case.change("[mesh]\n", "[mesh]\nallow_unused = true\n")  # it has no joint
     assert "from Python" in case.run("check", "model.toml").err
     assert case.run(command, "model.toml", "-q").err == ""
+
+
+def test_python_drops_it_too_and_errors_remain(case: Case) -> None:
+    case.write("g.py", GEOMETRY)
+    case.change('file = "mesh.msh"', 'geometry = "g.py"')
+    case.change("[mesh]\n", "[mesh]\nallow_unused = true\n")
+    bsm.load("model.toml")
+    assert case.capsys.readouterr() == ("", "")
+    case.write("g.py", GEOMETRY.replace("gmsh.write", "gmsh.rite"))
+    with pytest.raises(bsm.ModelError, match="rite"):
+        bsm.load("model.toml")
 
 
 def test_check_reports_time_steps_of_shaken_stages_only(case: Case) -> None:
