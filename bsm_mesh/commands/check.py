@@ -142,14 +142,15 @@ def _refuse_of_the_plane(picture: Path | None, settings: Sequence[str], repair: 
 
 def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
     """Refuse a model of polyhedra that cannot be run, unless it is for key blocks; print the quality of its blocks."""
-    notes = [*notes_of(loaded.model), *_folder_notes(loaded)]
+    notes = [*loaded.notes, *notes_of(loaded.model), *_folder_notes(loaded)]
+    touching = np.zeros((0, 2), dtype=np.int32)
     if not loaded.model.supports and _asks_for_key_blocks(loaded):
         notes.append("for bsm-mesh key-blocks only: bsm-mesh run needs a [[support]]")
     else:
         with placed(loaded.path.name):
             space.refuse_unready(loaded.model, solver_faults(loaded.options), loaded.options.scheme)
-            space.BlockSystem(loaded.model)  # refuses contacts, bolts and supports as the run does
-    report = space_summary(loaded.model)
+            touching = space.BlockSystem(loaded.model).touching  # refuses contacts, bolts and supports as the run does
+    report = space_summary(loaded.model, touching)
     if as_json:
         say_json({**report, "notes": notes})
         return

@@ -37,6 +37,7 @@ from bsm_mesh.modelfile.model_file import read_model_file, read_toml, validated
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import Cutter, blocks_of, validated_space
+from bsm_mesh.modelfile.space_mesh import default_of_blocks
 from bsm_mesh.modelfile.space_model import build_space_model
 from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.modelfile.unused import unused_notes
@@ -128,7 +129,8 @@ def inputs_of(file: ModelFile | SpaceFile, path: Path) -> list[Path]:
 def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     """Return the model of a model file, with its ``[solver]`` as ``model.options``.
 
-    Repairs of its mesh are warnings (`MeshWarning`).
+    Repairs of its mesh are warnings (`MeshWarning`). The output of its geometry script is dropped; ``bsm-mesh mesh``
+    shows it.
 
     Parameters
     ----------
@@ -173,7 +175,14 @@ def build_file(
     model = build_space_model(file, path, reach, cutter)
     assert model.options is not None
     return LoadedModel(
-        path=path, reach=reach, file=file, model=model, options=model.options, notes=(), mesh_lines=(), dangling={}
+        path=path,
+        reach=reach,
+        file=file,
+        model=model,
+        options=model.options,
+        notes=default_of_blocks(file, model.blocks),
+        mesh_lines=(),
+        dangling={},
     )
 
 
@@ -246,7 +255,7 @@ def _loaded(
         model=model,
         options=model.options,
         notes=(*(note.text for note in report.notes), *beside),
-        mesh_lines=(*report.lines()[1:], *(f"note: {text}" for text in beside)),
+        mesh_lines=(report.sizes, *report.lines()[1:], *(f"note: {text}" for text in beside)),
         dangling=_dangling(report),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bsm_mesh.errors import nearest, placed, raise_faults
+from bsm_mesh.errors import counted, nearest, placed, raise_faults
 from bsm_mesh.modelfile.build_mesh import mesh_source, unit_scale
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_tables import RockBoxTable, SpaceFile
@@ -64,6 +64,17 @@ def read_space_mesh(file: SpaceFile, path: Path, reach: Reach) -> Polyhedra:
         )
         raise_faults(_unmatched(file, blocks))
     return blocks
+
+
+def default_of_blocks(file: SpaceFile, blocks: Polyhedra) -> tuple[str, ...]:
+    """Return a note where a file leaves out ``blocks``, and the elements of its mesh are joined to fewer blocks."""
+    elements, is_given = len(blocks.cell_block), "blocks" in file.mesh.model_fields_set
+    if file.mesh.box is not None or is_given or elements == blocks.count:
+        return ()
+    return (
+        f"{counted(blocks.count, 'block')} of {elements} elements: by default every region between joints is a block; "
+        'with [mesh] blocks = "elements" every element is one, and blocks = "regions" removes this note',
+    )
 
 
 def _stone_faults(file: SpaceFile, rock: str | None) -> list[str]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import counted
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
@@ -21,20 +22,21 @@ TROUBLE = {
 }
 
 
-def space_summary(model: Model) -> dict[str, Any]:
+def space_summary(model: Model, touching: IntArray) -> dict[str, Any]:
     """Return numbers on polyhedra, their contact polygons and supports, and the blocks that commonly make trouble.
 
-    Volumes are in m3, areas in m2, the weight in N.
+    `touching` (k, 2) has the pairs of blocks that touch on parts of faces. Volumes are in m3, areas in m2, the weight
+    in N.
     """
     blocks = model.blocks
     assert in_space(blocks)
     volume, polygons = blocks.moments.volume, blocks.contact_polygons
     held = np.unique(bars_of(model.supports, model.blocks).block)
-    part = parts_of(blocks.count, polygons.block_a, polygons.block_b)
-    touched = np.union1d(polygons.block_a, polygons.block_b)
+    pairs = np.concatenate([np.stack([polygons.block_a, polygons.block_b], axis=1), touching])
+    part = parts_of(blocks.count, pairs[:, 0], pairs[:, 1])
     trouble = {
         "slivers": blocks.slivers,
-        "without_contact": np.setdiff1d(np.arange(blocks.count), touched),
+        "without_contact": np.setdiff1d(np.arange(blocks.count), pairs),
         "unsupported": np.flatnonzero(~np.isin(part, part[held])),
     }
     area = np.bincount(polygons.joint + 1, polygons.area, len(blocks.joint_names) + 1)
@@ -46,6 +48,7 @@ def space_summary(model: Model) -> dict[str, Any]:
         "weight": float(model.weights.sum()),
         "rocks": counts(blocks.rock_names, blocks.rock),
         "contact_polygons": polygons.count,
+        "touching_pairs": len(touching),
         "joint_areas": dict(zip(blocks.joint_names, area[1:].tolist(), strict=True)),
         "unjointed_area": float(area[0]),
         "boundaries": {name: len(faces) for name, faces in blocks.boundaries.items()},
@@ -69,7 +72,8 @@ def space_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("volume (least, median, greatest)", f"{low:.4g}, {middle:.4g}, {high:.4g} m3"),
         ("total volume", f"{report['total_volume']:.6g} m3"),
         ("total weight", engineering(report["weight"], "N")),
-        ("contact polygons", f"{report['contact_polygons']}"),
+        ("contact polygons (shared faces)", f"{report['contact_polygons']}"),
+        ("pairs of blocks that touch on parts of faces", f"{report['touching_pairs']}"),
         ("supported blocks", f"{report['supported_blocks']}"),
         ("separate groups of blocks", f"{report['parts']}"),
     ]

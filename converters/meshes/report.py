@@ -102,6 +102,14 @@ class MeshReport:
         for name in ("groups", "bolts"):
             object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
 
+    @property
+    def sizes(self) -> str:
+        """Numbers of nodes, elements and blocks, and whether elements or regions are blocks."""
+        return (
+            f"{counted(self.nodes, 'node')}, {counted(self.elements, 'surface element')}, "
+            f"{counted(self.pieces, 'line element')}; {counted(self.blocks, 'block')} (blocks = '{self.blocks_from}')"
+        )
+
     def about(self, kind: NoteKind) -> Mapping[str, int]:
         """Return the counts of all notes of one kind, by name."""
         return {note.name: note.count for note in self.notes if note.kind is kind}
@@ -116,11 +124,9 @@ class MeshReport:
 
     def lines(self) -> list[str]:
         """Return the report as text, a line a thing."""
-        found = [f"  {name}: {counted(count, _thing(name))}" for name, count in self.groups.items()]
         return [
-            f"{self.source}: {counted(self.nodes, 'node')}, {counted(self.elements, 'surface element')}, "
-            f"{counted(self.pieces, 'line element')}; {counted(self.blocks, 'block')} (blocks = '{self.blocks_from}')",
-            *found,
+            f"{self.source}: {self.sizes}",
+            *(f"  {name}: {counted(count, _thing(name))}" for name, count in self.groups.items()),
             *(f"  note: {note.text}" for note in self.notes),
         ]
 

@@ -91,6 +91,7 @@ def test_rock_on_both_sides_of_a_face_is_noted_where_a_load_acts_on_it(case: Cas
     outcome = case.run("check", "model.toml")
     assert outcome.code == 0
     assert "mesh: boundary:face: 4 block edges" in outcome.out
+    assert outcome.out.partition("\n")[0].endswith("blocks (blocks = 'regions')")
     assert ("has blocks on both sides" in outcome.out) == is_loaded
 
 

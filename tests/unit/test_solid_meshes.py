@@ -191,6 +191,22 @@ def test_model_files_that_do_not_fit_the_mesh(case: Case, mesh, given, cut, matc
     assert match in " ".join(outcome.err.split())
 
 
+def test_a_file_without_blocks_is_answered_with_the_default(case: Case, mesh):
+    """4 blocks or hundreds: check and run say which, where the file does not."""
+    case.write("incline.msh", mesh.read_text())
+    said = {}
+    for name, given in {"left out": MESH, "regions": MESH + 'blocks = "regions"\n'}.items():
+        case.write("model.toml", MODEL.format(mesh=given, cut="", strength=1.0))
+        said[name] = case.run("check", "model.toml").out
+    note = re.search(
+        r"note: (\d) blocks of (\d+) elements: by default every region between joints is", said["left out"]
+    )
+    assert note is not None
+    assert int(note[1]) == read_polyhedra(mesh).count
+    assert int(note[2]) == read_polyhedra(mesh, blocks="elements").count
+    assert "by default" not in said["regions"]
+
+
 WEDGE = """
 dimensions = 3
 [mesh]

@@ -89,6 +89,7 @@ def test_check_reports_on_blocks_and_refuses_what_run_refuses(case: Case) -> Non
     assert "joint J1 4.619 m2 unjointed rock 4 m2" in said
     assert "excavation lid 1 block stage lid off 2 blocks slivers" in said
     told = json.loads(case.run("check", "slope.toml", "--json").out)
+    assert told["touching_pairs"] == 0
     assert (told["weight"], told["supported_blocks"], told["unsupported"]) == (pytest.approx(12 * 26e3), 1, [])
     assert told["joint_areas"]["J1"] == pytest.approx(8 / np.sqrt(3))
     case.refuses("check", "slope.toml", "--threshold", "thin=0.1", says=["--threshold is for models of the plane"])

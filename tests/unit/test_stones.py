@@ -1,5 +1,6 @@
 """Separate stones in OBJ and STL: written, read as convex blocks, run from a model file, refused."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -140,6 +141,21 @@ def test_a_model_file_names_stones(case: Case) -> None:
     assert "reactions (x, y, z) 0 N, 0 N, 260 kN" in said
     case.write("stones.toml", MODEL.replace('default_joint = "J1"', "") + '[groups]\n"a" = "joint:J1"\n')
     case.refuses("run", "stones.toml", says=["[groups] are of a mesh of volumes", "default_joint must name the joint"])
+
+
+def test_check_counts_stones_that_touch_on_parts_of_faces(case: Case) -> None:
+    """A block on two others shares no face with them: it was reported as unsupported, and the run held it."""
+    stones = [
+        box((0, 0, 0), (4, 2, 1)),
+        box((0, 0, 1), (1, 2, 2)),
+        box((3, 0, 1), (4, 2, 2)),
+        box((0, 0, 2), (4, 2, 3)),
+    ]
+    write_surfaces("stones.obj", bsm.Polyhedra.from_solids(stones, rock="granite"))
+    case.write("stones.toml", MODEL)
+    told = json.loads(case.run("check", "stones.toml", "--json").out)
+    assert (told["contact_polygons"], told["touching_pairs"], told["parts"]) == (0, 4, 1)
+    assert (told["without_contact"], told["unsupported"], told["notes"]) == ([], [], [])
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ class ModelProgram:
         """
         assert in_space(model.blocks)
         blocks, system = model.blocks, BlockSystem(model)
-        if system.parts_touch:
+        if system.touching.size:
             raise ModelError("limit analysis: blocks touch on parts of faces, which it does not know; run the model")
         held = system.prescribed_blocks
         rule = "corners" if model.contact_points == "corners" else "both"

@@ -36,7 +36,7 @@ from bsm_mesh.three_d.loads import ExternalLoads
 class BlockSystem(System):
     """The polyhedra of a model in large displacement.
 
-    `parts_touch` says whether blocks touch on parts of faces, as given, where they share no face.
+    `touching` (k, 2) has the pairs of blocks that touch on parts of faces, as given, where they share no face.
 
     A position (n, 6) is the displacement of every centroid and its rotation vector, from the given geometry.
 
@@ -73,7 +73,9 @@ class BlockSystem(System):
         held, band = self.prescribed_blocks, BAND * self.d
         surfaces = Surfaces(blocks=model.blocks, rule=model.contact_points)
         apart = points_apart(surfaces, self.catalogue, self.start, held, band, self.size)
-        self.parts_touch = bool((np.abs(apart.found_gap) <= RULES.rounding * self.size).any())
+        touch = np.abs(apart.found_gap) <= RULES.rounding * self.size
+        pairs = np.sort(np.stack([apart.block_a, apart.block_b], axis=1)[touch], axis=1)
+        self.touching = np.unique(pairs, axis=0)
         given = given_points(model, held).with_more(apart)
         return Renewal(
             surfaces=surfaces,
