@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from bsm_mesh.errors import MeshWarning, ModelError, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import beyond_usual
 from bsm_mesh.model.options import Options
@@ -174,6 +175,7 @@ def build_file(
     report("reading the mesh" if file.mesh.box is None else "cutting the rock")
     model = build_space_model(file, path, reach, cutter)
     assert model.options is not None
+    assert in_space(model.blocks)
     return LoadedModel(
         path=path,
         reach=reach,

@@ -121,13 +121,15 @@ class ShakenZones:
     def steps_of_blocks(self) -> FloatArray:
         """Return the time step (n,) [s] that the nodes of each block allow, by their stiffness; infinite without."""
         rock, free = self._rock, self.equations.free.free
+        assert self._counted is not None
         stiffness = abs(rock.stiffness(self.equations, self.at, self._counted))
         square = np.zeros(len(rock.of_unknowns))
         square[free] = np.asarray(stiffness.sum(axis=1)).ravel() / rock.of_unknowns[free]
         greatest, parts = square[rock.nodes].max(axis=1), rock.parts.tocoo()
         of_block = np.zeros(len(self._present))
         np.maximum.at(of_block, parts.row, greatest[parts.col])
-        return np.divide(2.0, np.sqrt(of_block), out=np.full(len(of_block), np.inf), where=of_block > 0)
+        steps: FloatArray = np.divide(2.0, np.sqrt(of_block), out=np.full(len(of_block), np.inf), where=of_block > 0)
+        return steps
 
     def go_on(self, until: float) -> None:
         """Move nodes until a time [s], or until they are nowhere any more."""
