@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
@@ -14,7 +15,7 @@ from bsm_mesh.converters.meshes.cells import PHYSICAL
 from bsm_mesh.converters.meshes.files import refuse_unreadable
 from bsm_mesh.converters.meshes.from_msh import MshContent, is_msh40, is_msh41, msh_content, node_numbers
 from bsm_mesh.converters.three_d.elements import CORNERS, ElementCells, ElementFaces, element_faces
-from bsm_mesh.errors import ModelError, counted, place, raise_faults, shortened
+from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, place, raise_faults, shortened
 from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, merge_points
 from bsm_mesh.model.edges import LongArray
@@ -60,6 +61,11 @@ def read_polyhedra(
     ModelError
         If the file is no MSH 4.1 with volume elements, elements are bent or do not share whole faces, or groups lead
         nowhere.
+
+    Warns
+    -----
+    MeshWarning
+        For groups that are not used.
     """
     file = as_path("mesh", path)
     refuse_unreadable(file)
@@ -69,14 +75,16 @@ def read_polyhedra(
             "-o mesh.msh"
         )
     content = msh_content(file, solid=True)
-    cells = _cells(file, content, groups or {}, rock, unit_scale, merge_tolerance)
+    cells, unknown = _cells(file, content, groups or {}, rock, unit_scale, merge_tolerance)
+    if unknown:
+        warnings.warn(_unused(file, unknown), MeshWarning, stacklevel=2)
     return Polyhedra.from_cells(cells, whole=blocks == "elements")
 
 
 def _cells(
     file: Path, content: MshContent, renamed: Mapping[str, str], rock: str | None, scale: float, tolerance: float
-) -> ElementCells:
-    """Return the elements of a file as cells."""
+) -> tuple[ElementCells, dict[str, int]]:
+    """Return the elements of a file as cells, and the groups that are not understood, with their dimensions."""
     solids = [k for k, (entity, _, _) in enumerate(content.elements) if entity[0] == 3]
     if not solids:
         raise ModelError(
@@ -111,7 +119,7 @@ def _cells(
     for k, name in reversed(list(enumerate(joints))):  # the first in the file names a face of two
         face_joint[on_faces[GroupName(GroupKind.JOINT, name)]] = k
     inside = faces.loops >= 0
-    return ElementCells(
+    cells = ElementCells(
         vertices=points,
         face_vertices=faces.loops[inside].astype(np.int32),
         face_offsets=np.append(0, np.cumsum(inside.sum(axis=1))).astype(np.int32),
@@ -124,18 +132,19 @@ def _cells(
         excavation_names=excavations,
         boundaries={name.name: at for name, at in on_faces.items() if name.kind is GroupKind.BOUNDARY},
     )
+    return cells, unknown
 
 
-def _groups(file: Path, content: MshContent, renamed: Mapping[str, str]) -> tuple[Groups, list[str]]:
-    """Return the parts of the file in every group, and the names of groups of volumes that are not understood."""
-    found, unknown, faults, seen = Groups(), list[str](), list[str](), set[str]()
+def _groups(file: Path, content: MshContent, renamed: Mapping[str, str]) -> tuple[Groups, dict[str, int]]:
+    """Return the parts of the file in every group, and those that are not understood, with their dimensions."""
+    found, unknown, faults, seen = Groups(), dict[str, int](), list[str](), set[str]()
     for part, (entity, _, _) in enumerate(content.elements):
         for tag in content.physicals.get(entity, ()) if entity[0] >= 2 else ():
             text = content.names.get((entity[0], tag), f"{PHYSICAL}={tag}")
             seen.add(text)
             name = parse_group_name(renamed.get(text, text))
             if name is None:
-                unknown += [text] if entity[0] == 3 else []
+                unknown[text] = entity[0]
             elif name.kind not in (OF_VOLUMES if entity[0] == 3 else OF_SURFACES):
                 given, right = ("volumes", "surfaces") if entity[0] == 3 else ("surfaces", "volumes")
                 faults.append(f"group '{text}' holds {given}; {name.kind.value}:NAME is for {right}")
@@ -143,7 +152,7 @@ def _groups(file: Path, content: MshContent, renamed: Mapping[str, str]) -> tupl
                 found.setdefault(name, []).append(part)
     faults += [f"there is no group '{text}' of surfaces or volumes in the mesh" for text in renamed if text not in seen]
     raise_faults([f"{file}: {fault}" for fault in dict.fromkeys(faults)])
-    return found, list(dict.fromkeys(unknown))
+    return found, unknown
 
 
 def _of_elements(
@@ -196,9 +205,21 @@ def _of_faces(
     return of_name
 
 
-def _without_rock(file: Path, count: int, unknown: list[str]) -> str:
-    named = f" (groups of volumes in the mesh: {shortened(', '.join(unknown))})" if unknown else ""
+def _without_rock(file: Path, count: int, unknown: dict[str, int]) -> str:
+    named = f" (groups that are not used: {shortened(', '.join(unknown))})" if unknown else ""
     return (
-        f"{file}: {counted(count, 'volume element')} in no group of a rock{named}; call the group rock:NAME, or give "
-        "one rock for them all"
+        f"{file}: {counted(count, 'volume element')} in no group of a rock{named}; call the group rock:NAME, name it "
+        "in [groups], or give one rock for them all"
+    )
+
+
+def _unused(file: Path, unknown: dict[str, int]) -> str:
+    """Return the sentence on groups of surfaces and volumes that are not understood."""
+    first, dimension = next(iter(unknown.items()))
+    target = "NAME" if first.startswith(PHYSICAL) else first.rpartition(":")[2]
+    kinds = OF_VOLUMES if dimension == 3 else OF_SURFACES
+    examples = " or ".join(f'"{kind.value}:{target}"' for kind in kinds)
+    return one_line(
+        f"{file}: groups that are not used: {shortened(', '.join(unknown))}; to use one, name it kind:name, or under "
+        f'[groups], for example "{first}" = {examples}'
     )

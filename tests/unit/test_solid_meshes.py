@@ -123,11 +123,12 @@ def test_the_block_on_the_joint_of_a_mesh_slides_below_the_friction_of_its_dip(t
 
 def test_groups_by_other_names(tmp_path):
     path = incline(tmp_path / "mesh.msh", names={"rock:granite": "Body", "joint:J1": "Fault 1"})
-    with fault("in no group of a rock (groups of volumes in the mesh: Body); call the group rock:NAME"):
+    with fault("in no group of a rock (groups that are not used: Fault 1, Body); call the group rock:NAME, name it in"):
         read_polyhedra(path)
     blocks = read_polyhedra(path, groups={"Body": "rock:granite", "Fault 1": "joint:J1"})
     assert (blocks.rock_names, blocks.joint_names) == (("granite",), ("J1",))
-    assert read_polyhedra(path, rock="tuff").rock_names == ("tuff",)
+    with pytest.warns(bsm.MeshWarning, match="not used: Fault 1, Body; to use one, name it kind:name"):
+        assert read_polyhedra(path, rock="tuff").rock_names == ("tuff",)
     with fault("there is no group 'Bodi' of surfaces or volumes in the mesh"):
         read_polyhedra(path, groups={"Bodi": "rock:granite"})
 
@@ -189,6 +190,22 @@ def test_model_files_that_do_not_fit_the_mesh(case: Case, mesh, given, cut, matc
     outcome = case.run("run", "model.toml")
     assert outcome.code == 2
     assert match in " ".join(outcome.err.split())
+
+
+def test_a_joint_by_another_name_is_not_left_out_in_silence(case: Case):
+    """A file without tables of joints is valid; the blocks on both sides of the joint are one, which is stable."""
+    incline("incline.msh", names={"joint:J1": "Fault 1"})
+    given = MESH.replace('default_joint = "J1"', 'blocks = "regions"')
+    text = MODEL.format(mesh=given, cut="", strength=1.0).replace(
+        "[joint.J1]", "young = 1e10\npoisson = 0.2\n[joint.J1]"
+    )
+    case.write(
+        "model.toml", text[: text.index("[joint.J1]")] + text[text.index("[[support]]") : text.index("[[stage]]")]
+    )
+    outcome = case.run("check", "model.toml", "-q")
+    assert outcome.code == 0
+    assert "groups that are not used: Fault 1; to use one, " in outcome.err
+    assert '"Fault 1" = "joint:Fault 1" or "boundary:Fault 1"' in outcome.err
 
 
 def test_a_file_without_blocks_is_answered_with_the_default(case: Case, mesh):
