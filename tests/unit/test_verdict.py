@@ -114,6 +114,7 @@ def test_a_block_without_contact_inside_another_is_no_answer(deep, free):
     assert_array_equal(collapse.down, [1] if free else [])
     assert ("moves freely" in collapse.reason) == free
     assert ("at (0.2, 0.445) overlaps its neighbours by 0.055 of its area" in collapse.reason) == (not free)
+    assert ("or a fill was placed where others are now" in collapse.reason) == (not free)
 
 
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])

@@ -155,7 +155,8 @@ class CollapseCriterion:
         where, bulk = place(self.system.placed(position)[free[worst]]), self.system.model.blocks.bulk_name
         return (
             f"the block that is now at {where} overlaps its neighbours by {shares[worst]:.2g} of its {bulk}, more than "
-            "contacts can follow. The joints are too soft for the forces: check stiffness, loads and units"
+            "contacts can follow. Its joints are too soft for the forces, or a fill was placed where others are now: "
+            "check stiffness, loads, units and fill"
         )
 
     def _supported(self, contacts: Contacts, contacted: BoolArray, position: FloatArray) -> BoolArray:
