@@ -1,8 +1,8 @@
-"""What is released, built and tried as a stranger gets it: ``python -m tools.release [-o dist] [--no-install]``.
+"""Build and try a release as users get it: ``python -m tools.release [-o dist] [--no-install]``.
 
-The sdist is made of the last commit, the wheel of the sdist and of kernels compiled for this Python, both twice: the
-same commit and kernels give the same bytes. Then the wheel is installed into a new environment, with the pinned
-versions and no checkout, and what the README shows is run.
+The sdist is made of the last commit when the command starts, the wheel of the sdist and of kernels compiled for this
+Python, both twice: the same commit and kernels give the same bytes. Then the wheel is installed into a new environment,
+with the pinned versions and no checkout, and the commands and Python blocks of the README are run.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ def run(*command: str | Path, folder: Path, **variables: str) -> str:
     return done.stdout
 
 
-def build(folder: Path, epoch: str, kernels: Path) -> tuple[Path, Path]:
-    """Return sdist and wheel of the last commit, built in an empty folder; the wheel carries compiled kernels."""
+def build(folder: Path, commit: str, epoch: str, kernels: Path) -> tuple[Path, Path]:
+    """Return sdist and wheel of a commit, built in an empty folder; the wheel carries compiled kernels."""
     source, made = folder / "source", folder / "made"
     for place in (source, made, folder / "unpacked"):
         place.mkdir(parents=True)
-    content = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, check=True, capture_output=True).stdout
+    content = subprocess.run(["git", "archive", commit], cwd=ROOT, check=True, capture_output=True).stdout
     with tarfile.open(fileobj=io.BytesIO(content)) as archive:
         archive.extractall(source, filter="fully_trusted")  # our own commit, with its links
     run(sys.executable, "-c", SDIST, made, folder=source, SOURCE_DATE_EPOCH=epoch)
@@ -113,10 +113,10 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "dist")
     parser.add_argument("--no-install", action="store_true", help="build only")
     given = parser.parse_args()
-    epoch = run("git", "log", "-1", "--format=%ct", folder=ROOT).strip()
+    commit, epoch = run("git", "log", "-1", "--format=%H %ct", folder=ROOT).split()
     with TemporaryDirectory() as place:
         folder = Path(place)
-        once, again = (build(folder / name, epoch, folder / "kernels") for name in ("once", "again"))
+        once, again = (build(folder / name, commit, epoch, folder / "kernels") for name in ("once", "again"))
         is_same = digests(once) == digests(again)
         given.output.mkdir(parents=True, exist_ok=True)
         for file, digest in zip(once, digests(once), strict=True):

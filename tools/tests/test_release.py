@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from docs.code_blocks import python_blocks, typed
+from tools import release
 from tools.release import settle
 
 pytestmark = pytest.mark.robust
@@ -40,6 +41,22 @@ def test_an_sdist_of_another_user_and_time_has_the_same_bytes(tmp_path: Path) ->
         content = archive.extractfile("a/c.py")
         assert content is not None
         assert content.read() == b"a/c.py"
+
+
+def test_both_builds_are_of_the_commit_at_the_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A commit between them made the comparison fail."""
+    commits: list[str] = []
+
+    def build(folder: Path, commit: str, epoch: str, kernels: Path) -> tuple[Path, Path]:
+        commits.append(commit)
+        (tmp_path / "built").write_text(epoch)
+        return tmp_path / "built", tmp_path / "built"
+
+    monkeypatch.setattr(release, "build", build)
+    monkeypatch.setattr("sys.argv", ["release", "--no-install", "-o", str(tmp_path / "dist")])
+    assert release.main() == 0
+    assert [len(commit) for commit in commits] == [40, 40]
+    assert commits[0] == commits[1]
 
 
 def test_lines_that_are_typed_and_python() -> None:
