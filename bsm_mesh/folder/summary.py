@@ -246,6 +246,8 @@ def read_summary(folder: Path) -> dict[str, Any]:
         raise ModelError(f"{path} cannot be read: {error.strerror or error}") from None
     except (ValueError, RecursionError):  # no JSON, no UTF-8, a number of thousands of digits
         raise ModelError(f"{path} is damaged; run the model again") from None
+    if isinstance(told, dict) and "study" in told:
+        raise ModelError(f"{path} is of a study; give the output folder of a run, or type `bsm-mesh report {folder}`")
     if not isinstance(told, dict) or "schema_version" not in told:
         raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
     version = told["schema_version"]
