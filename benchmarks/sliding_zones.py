@@ -2,20 +2,14 @@
 
 A block of random width and zones is pushed along a base of one or two blocks, over nodes or over the end, some by
 little. Each setting is changed by itself. Forces are compared with those of places found anew at every equilibrium.
-Rows of blocks with gaps show the settings of blocks that meet. Rules of corners are left out one by one, over blocks
-that are pushed by little beyond a joint of the base, and over starter slopes.
+Rows of blocks with gaps show the settings of blocks that meet.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections import Counter
-from contextlib import redirect_stdout
-from dataclasses import dataclass, replace
-from io import StringIO
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from dataclasses import dataclass
 from typing import Any
 from unittest.mock import patch
 
@@ -24,11 +18,7 @@ import numpy as np
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.commands.starters import write_starter
-from bsm_mesh.contact.rules import RULES as CONTACT_RULES
-from bsm_mesh.modelfile.variation import Variation
-from bsm_mesh.solve.zones import following, met_points, moving_points, shaken_zones
-from bsm_mesh.solve.zones.moving_points import MovingPoints
+from bsm_mesh.solve.zones import following, moving_points, shaken_zones
 from examples.numbers.pages import markdown
 from tests.scenes.large_zones import FRICTION, forces_below, pushed
 from tests.scenes.meeting_zones import rigid as without_zones
@@ -53,24 +43,6 @@ MEETING = (
     (following, "STIFFEST", 30.0),
     (following, "STIFFEST", 300.0),
 )
-
-
-# Rules of corners, and what takes their place.
-RULES: tuple[tuple[str, Any, str, Any], ...] = (
-    ("all rules", moving_points, "SLID", moving_points.SLID),
-    ("a lip carries", MovingPoints, "_behind_ends", lambda self: np.zeros(len(self.node))),
-    ("corners behind another face", met_points, "_leaves_over_another", lambda near, on, face: np.zeros_like(on)),
-    ("two opposing edges at once", met_points, "_opposed", lambda near, on, closed: np.zeros_like(on)),
-)
-FAMILY = {
-    "height": (6.0, 10.0),
-    "angle": (60.0, 80.0),
-    "bedding_dip": (38.0, 58.0),
-    "joint_dip": (100.0, 130.0),
-    "bedding_spacing": (3.0, 5.0),
-    "joint_spacing": (3.0, 6.0),
-}  # m, degrees
-STRENGTH = {"bedding": (15.0, 35.0), "J2": (10.0, 30.0)}  # degrees
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,74 +125,6 @@ def meetings(count: int) -> str:
     return markdown(header, [meeting_row(models, rigid, change) for change in MEETING])
 
 
-def beyond_joints(count: int) -> list[Member]:
-    """Return blocks whose front is pushed up to .03 of their width beyond a joint of the base."""
-    random, found = np.random.default_rng(SEED), []
-    for number in range(count):
-        width, by = random.uniform(0.6, 1.6), random.uniform(0.1, 1.0)
-        joint = 0.5 + width + by - random.uniform(0, 0.03) * width
-        size = float(random.uniform(0.25, 0.6))
-        base, block = (0.0, joint, joint + 1.5), (0.5, 0.5 + width)
-        found.append(Member(by=by, order=1 + number % 2, size=size, base=base, block=block))
-    return found
-
-
-def slopes(count: int) -> list[bsm.Model]:
-    """Return so many starter slopes with zones, weak bedding and cross joints."""
-    random, found = np.random.default_rng(SEED), list[bsm.Model]()
-    with TemporaryDirectory() as folder, redirect_stdout(StringIO()):
-        write_starter("slope", Path(folder) / "slope")
-        file = Variation(Path(folder) / "slope" / "model.toml")
-        for number in range(count):
-            drawn = {name: float(random.uniform(*ends)) for name, ends in FAMILY.items()}
-            values = {f"mesh.parameters.{name}": value for name, value in (drawn | {"seed": number + 1}).items()}
-            values |= {f"joint.{name}.friction": float(random.uniform(*ends)) for name, ends in STRENGTH.items()}
-            values |= {"in_situ.surface": drawn["height"], "history.crest.point": [20.0, 1.0]}
-            model = file.model(values).model
-            zones = bsm.Zones(order=1, displacement="large")
-            rocks = [replace(rock, young=1e9, poisson=0.25, zones=zones) for rock in model.rocks]
-            found.append(model.replace(rocks=rocks, histories=()))
-    return found
-
-
-def held_by_corners(model: bsm.Model) -> str:
-    """Return how a slope ended; 'at a lip': a rest too near, where limit analysis finds none."""
-    stage = bsm.run(model).stages[-1]
-    far = (
-        np.hypot(*stage.stage_displacement[:, :2].T).max()
-        > CONTACT_RULES.min_overlap * model.blocks.moments.median_size
-    )
-    refused = any("cannot be at rest where given" in note for note in stage.notes)
-    return "at a lip" if stage.status == "stable" and refused and not far else str(stage.status)
-
-
-def corners(count: int) -> str:
-    """Return the table of the rules of corners."""
-    members, models, rows = beyond_joints(count), slopes(count // 2), []
-    for name, owner, attribute, value in RULES:
-        with patch.object(owner, attribute, value):
-            found = [member.run() for member in members]
-            ends = Counter(held_by_corners(model) for model in models)
-        off = []
-        for one in found:
-            if one.status == "stable":
-                x, y = forces_below(one).sum(axis=0)
-                off.append(abs(-x / y / np.tan(np.radians(FRICTION)) - 1))
-        ended = (str(ends[each]) for each in ("at a lip", "stable", "unstable", "not_converged"))
-        rows.append((name, str(len(off)), f"{max(off):.1e}", *ended))
-        print(*rows[-1], flush=True)
-    header = (
-        "rules",
-        f"at rest beyond a joint, of {len(members)}",
-        "shear off N tan(friction)",
-        f"of {len(models)} slopes at a lip",
-        "stable",
-        "unstable",
-        "not converged",
-    )
-    return markdown(header, rows)
-
-
 def main() -> None:
     """Make the table, and print it or put it into a page."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
@@ -242,8 +146,7 @@ def main() -> None:
         "shear off N tan(friction)",
         "processor time, s",
     )
-    tables = markdown(header, rows), meetings(given.members), corners(given.members)
-    tell("\n\n".join(tables), COMMAND, given.into)
+    tell(f"{markdown(header, rows)}\n\n{meetings(given.members)}", COMMAND, given.into)
 
 
 if __name__ == "__main__":
