@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import chdir
 from pathlib import Path
 from textwrap import wrap
@@ -13,9 +12,7 @@ import numpy as np
 from bsm_mesh.files import whole_file
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
 LETTERS = 8.0  # of a title in an inch, so that wide ones fit
 TEXT, FRAME = "#222222", "#bbbbbb"
@@ -45,21 +42,16 @@ def entitle(figure: Figure, title: str) -> None:
 def plain_texts(figure: Figure) -> Figure:
     """Return a figure whose texts are shown as they are: a ``$`` in a name begins no formula, which may be none.
 
-    Labels of ticks stay: those of logarithmic axes are formulas. They are not even asked for: that makes them.
+    Labels of ticks stay: those of logarithmic axes are formulas.
     """
-    for text in _texts_beside_ticks(figure):
-        text.set_parse_math(False)
-    return figure
-
-
-def _texts_beside_ticks(artist: Artist) -> Iterator[Text]:
-    from matplotlib.axis import Axis
     from matplotlib.text import Text
 
-    if isinstance(artist, Text):
-        yield artist
-    for part in [artist.label] if isinstance(artist, Axis) else artist.get_children():
-        yield from _texts_beside_ticks(part)
+    axes = [axis for part in figure.axes for axis in (part.xaxis, part.yaxis)]
+    ticks = {id(label) for axis in axes for label in (*axis.get_ticklabels(which="both"), axis.offsetText)}
+    for text in figure.findobj(Text):
+        if id(text) not in ticks:
+            text.set_parse_math(False)
+    return figure
 
 
 def save(figure: Figure, path: Path) -> Path:
