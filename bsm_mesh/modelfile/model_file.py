@@ -253,8 +253,7 @@ def _where_it_belongs(path: list[int | str], root: type[Table]) -> str:
     homes = [f"{name} = {{ {key} = ... }}" for name, kind in inner.items() if kind is not None and key in kind.by_key()]
     if homes:
         return f"; it belongs in {' or '.join(homes)}"
-    hint = nearest(key, fields, most=MAX_KEYS)
-    return _of_other_dimensions(path, root) or (hint if "did you mean" in hint else _of_other_tables(key, root) or hint)
+    return _of_other_dimensions(path, root) or _of_other_tables(key, root) or nearest(key, fields, most=MAX_KEYS)
 
 
 def _of_other_tables(key: str, root: type[Table]) -> str:

@@ -66,7 +66,7 @@ def pressed(part, *, pieces=1):
     return bsm.run(bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(boundary="held")], loads=[load]))
 
 
-def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=0.5, number=None, ramp=None, lip=0.0):
+def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=0.5, number=None, ramp=None):
     """Return a block, 1 m high, on a base with zones of .5 m, whose left side is pushed along it.
 
     Parameters
@@ -87,11 +87,8 @@ def pushed(by, *, order=1, degrees=0.0, base=(0.0, 4.0), block=(1.0, 2.0), size=
         Of the block that is pushed; None: the last.
     ramp : float, optional [degrees]
         By which the base rises in front of the block.
-    lip : float [m]
-        By which the last block of the base is higher.
     """
     polygons = [np.array([(a, -1.1), (b, -0.9), (b, 0), (a, 0)]) for a, b in pairwise(base)]
-    polygons[-1][2:, 1] += lip
     if ramp is not None:
         foot, end = block[1] + 0.25, base[-1]
         polygons[-1][2, 1] = (end - foot) * np.tan(np.radians(ramp))

@@ -53,6 +53,13 @@ def dropped(gap=0.02, *, degrees=0.0, **given):
     return meeting([rectangle(-1, -1, 3, 0), rectangle(0.2, gap, 1.2, 1 + gap)], degrees=degrees, **given)
 
 
+def beside(side=1.0, *, displacement="large", **given):
+    """Return a block on a floor, and one that hangs in the air beside the floor."""
+    model = meeting([rectangle(-1, -1, 3, 0), rectangle(0, 0, 1, 1), rectangle(4, 0, 4 + side, side)], **given)
+    zones = bsm.Zones(size=2.0, order=1, displacement=displacement)
+    return model.replace(rocks=[replace(model.rocks[0], young=1e10, zones=zones)])
+
+
 def leaning(degrees=0.0, *, gap=0.02, lean=20.0, wide=0.4, high=3.0, **given):
     """Return a column on its lower corner, on a rough floor, that falls onto a smooth wall."""
     column = turned(np.array([(0, 0), (wide, 0), (wide, high), (0, high)]), -lean)

@@ -8,18 +8,11 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from tests.scenes.large_zones import pushed
-from tests.scenes.meeting_zones import meeting
+from tests.scenes.meeting_zones import beside, meeting
 from tests.scenes.shapes import rectangle
 
 FLOOR, ON_IT = rectangle(-1, -1, 3, 0), rectangle(0, 0, 1, 1)
 REMOVE = bsm.Options(falls=bsm.Falls(on_fall="remove"))
-
-
-def beside(side=1.0, *, displacement="large", **given):
-    """Return a block on a floor, and one that hangs in the air beside the floor."""
-    model = meeting([FLOOR, ON_IT, rectangle(4, 0, 4 + side, side)], **given)
-    zones = bsm.Zones(size=2.0, order=1, displacement=displacement)
-    return model.replace(rocks=[bsm.Rock("rock", 25e3, young=1e10, poisson=0.2, zones=zones)])
 
 
 @pytest.mark.parametrize("displacement", ["large", "small"])

@@ -25,6 +25,7 @@ from tests.file_operations import count_operations, full_disk, killed_at, names
 from tests.scenes.interrupted import copies_of, fails, interrupted, stop, whole_run
 from tests.scenes.large import tilted_courses
 from tests.scenes.large_zones import pushed
+from tests.scenes.meeting_zones import beside
 from tests.scenes.model_folders import content, put_model
 from tests.scenes.models import model_of
 from tests.scenes.quiet import on_quiet_base
@@ -226,10 +227,20 @@ def test_stages_of_zones_that_slid(tmp_path: Path, left: list[Path]) -> None:
     _resumed_after_every_stage(tmp_path, left, built)
 
 
-def _resumed_after_every_stage(tmp_path: Path, left: list[Path], built: bsm.Model) -> None:
+@pytest.mark.usefixtures("at_every_step")
+def test_stages_of_zones_without_a_block_that_fell(tmp_path: Path, left: list[Path]) -> None:
+    """It is gone in the second stage too."""
+    press = bsm.PointLoad(block=1, point=(0.5, 1.0), force=(0, -1e3))
+    options = bsm.Options(falls=bsm.Falls(on_fall="remove"))
+    _resumed_after_every_stage(tmp_path, left, beside(stages=[bsm.Stage(name="press", loads=[press])]), options)
+
+
+def _resumed_after_every_stage(
+    tmp_path: Path, left: list[Path], built: bsm.Model, options: bsm.Options | None = None
+) -> None:
     model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
     model.parent.mkdir()
-    for name, write in files_of_model(built, bsm.Options()).items():
+    for name, write in files_of_model(built, options or bsm.Options()).items():
         write(model.parent / name)
     whole = bsm.run(model, output=out)
     count = len(built.stages) + 1

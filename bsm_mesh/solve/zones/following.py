@@ -54,6 +54,9 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         return None
     size, start = np.sqrt(of.model.blocks.moments.area), movement(of, u)
     size = np.maximum(size, size.mean())
+    allowed, runs_on = COLLAPSE.runs * size, RUNS_ON
+    if run.limit is not None:
+        allowed, runs_on = np.full_like(size, run.limit), moved_beyond(run.limit)
     recent, held = deque([start], PARTS), start
     last, gone = 0.0, np.zeros_like(present)
     while motion.memory.cycles < LONGEST and not motion.diverged and not gone.any():
@@ -61,7 +64,7 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         motion.equations = wetted(run, motion.equations, motion.at.u, present) or motion.equations
         here = movement(of, motion.at.u)
         held = np.where(_held(of, motion)[:, None], here, held)
-        far = (distances(here - start) > (run.limit or COLLAPSE.runs * size)) & present
+        far = (distances(here - start) > allowed) & present
         gone = far | (distances(here - held) > COLLAPSE.free_move * size) & present
         is_near = (distances(here - recent[0]) < CONTACT_TOLERANCE * size)[present].all()
         recent.append(here)
@@ -74,7 +77,7 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
             return None
     run.state.u = motion.at.u
     kept = {name: getattr(motion.equations, name) for name in ("joints", "history", "bolts", "load", "water")}
-    reason = LOST_CONTACT if not far.any() else RUNS_ON if run.limit is None else moved_beyond(run.limit)
+    reason = runs_on if far.any() else LOST_CONTACT
     fall = Fall(np.flatnonzero(gone).astype(np.int32), reason) if gone.any() else None
     return replace(equations, **kept), fall
 

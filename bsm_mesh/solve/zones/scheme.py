@@ -157,16 +157,15 @@ class ZoneStages:
 
     def _with_falls(self, number: int, end: StageEnd, start: Before) -> StageResult:
         """Return the result of a stage after the blocks that fall and are taken away in it."""
-        model, falls = self._model, self._options.falls
-        fallen: list[Fall] = []
+        model, fallen = self._model, list[Fall]()
         while True:
-            stage, small = self._ended(number, end, start), small_blocks(model, falls)
+            stage = self._ended(number, end, start)
             down = stage.unstable_blocks
-            if end.collapse is not None or stage.shaking is not None or not falls.takes_away(small[down]):
-                break
-            fallen.extend(falls_of(model, down, small[down], stage, stage.origin + stage.displacement))
+            small = np.isin(down, stage.small_blocks)
+            if end.collapse is not None or stage.shaking is not None or not self._options.falls.takes_away(small):
+                return after_falls(stage, tuple(fallen), model.blocks.bulk_unit)
+            fallen.extend(falls_of(model, down, small, stage, stage.origin + stage.displacement))
             end = self._run.without(down)
-        return after_falls(stage, tuple(fallen), model.blocks.bulk_unit)
 
     def _ended(self, number: int, end: StageEnd, start: Before) -> StageResult:
         """Return the result of a stage at its end, with proofs and notes."""

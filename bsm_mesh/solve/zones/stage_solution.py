@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
 
 
+RUNAWAY = 1.0  # of a block's size, or a radian: what small displacements balance only so far away is not at rest
+
+
 class Fall(NamedTuple):
     """Blocks (k,) that fall, and by which rule."""
 
     blocks: IntArray
     reason: str
-
-
-RUNAWAY = 1.0  # of a block's size, or a radian: what small displacements balance only so far away is not at rest
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
