@@ -73,6 +73,14 @@ def test_a_limit_that_small_movements_reach():
         assert bsm.run(model, bsm.Options(displacement_limit=limit)).status == status
 
 
+def test_a_block_that_slides_on_is_followed_up_to_the_limit():
+    """Gravity pulls it along the floor with more than its friction."""
+    model = meeting([FLOOR, ON_IT], young=1e10, friction=20.0, gravity_horizontal=0.5)
+    stage = bsm.run(model, bsm.Options(displacement_limit=0.3)).stages[0]
+    assert (stage.status, stage.reason) == ("unstable", "a block moved more than 0.3 m")
+    assert 0.3 < np.abs(stage.displacement[1, 0]) < 0.5
+
+
 def test_what_moved_before_it_came_to_rest_is_said():
     """Limit analysis finds no equilibrium above a gap; and walls are crushed under the block."""
     model = meeting([FLOOR, rectangle(0.2, 0.02, 1.2, 1.02)], young=1e10)
