@@ -23,7 +23,7 @@ from bsm_mesh.three_d.limit.ties import Ties
 
 MOST = 1000.0  # greatest factor sought, 1 / MOST the least
 ACCURACY = 1e-5  # relative, of the factor
-NEAR = 5e-4  # the same, where the solver gives up next to it
+NEAR = 1e-4  # the same, where the solver gives up next to it
 SLOW = 1e-6  # of the fastest block: others do not move
 ENORMOUS = 1e6  # times all loads together: forces that no rock bears
 
