@@ -38,6 +38,15 @@ def test_a_block_falls_onto_a_floor_and_rests(order):
     assert_allclose(stage.displacement[1, 1], -0.02, atol=1e-4)
 
 
+def test_a_splinter_does_not_hold_up_the_motion_of_others():
+    """Its nodes have a ten thousandth of the mass of others: the time step is not theirs."""
+    side = 0.005
+    polygons = [rectangle(-1, -1, 3, 0), rectangle(0.2, 0.02, 1.2, 1.02), rectangle(2, 0, 2 + side, side)]
+    stage = solved(scenes.meeting(polygons, young=1e10)).stages[0]
+    assert_allclose(stage.displacement[1, 1], -0.02, atol=1e-4)
+    assert_allclose(stage.reactions.sum(axis=0)[1], scenes.WEIGHT * (4 + 1 + side**2), rtol=1e-6)
+
+
 @pytest.mark.heavy
 def test_a_block_that_falls_far_is_unstable_as_a_rigid_one():
     """By a tenth of its size, without a contact."""
@@ -71,6 +80,19 @@ def test_a_block_that_is_shaken_meets_a_wall():
     stage = solved(model).stages[-1]
     assert 0.0 < stage.stage_displacement[2, 0] < 0.0055
     assert stage.shaking.peak_velocity[2] > 0.1
+
+
+@pytest.mark.parametrize(("step", "passes"), [(0.002, True), pytest.param(0.01, False, marks=pytest.mark.heavy)])
+def test_a_step_between_two_blocks_adds_no_energy(step, passes):
+    """The left half of the base falls by the step; a block is shaken towards the right half, 0.05 m in front of it."""
+    base = [rectangle(-2, -1, 3, -0.5), rectangle(1, -0.5, 3, 0), rectangle(-1, step - 0.5, 1, 0)]
+    pulse = bsm.Shaking(waveform="pulse", frequency=1.0, cycles=0.2, amplitude=-9.0, duration=0.25, contact_damping=0.2)
+    given = {"held": (0, 1), "friction": 20.0, "young": 2e8, "kn": 2e8, "size": 3.0}
+    model = scenes.meeting([*base, rectangle(0, 0, 0.95, 0.5)], stages=[bsm.Stage(name="push", shaking=pulse)], **given)
+    stage = solved(model).stages[-1]
+    assert stage.shaking.imbalance < 0.01
+    front = 0.95 + stage.displacement[3, 0]
+    assert front > 1.1 if passes else front < 1.0
 
 
 def met(model):

@@ -6,6 +6,7 @@ ends. It turns by less than 90 degrees there; of several neighbours the one that
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.solve.zones.interfaces import Interfaces
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
+
+Lip = Callable[[IntArray, IntArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -66,7 +69,14 @@ class FaceChains:
         return np.stack([(1 - share) * (1 - 2 * share), share * (2 * share - 1), 4 * share * (1 - share)], axis=1)
 
     def facing(
-        self, point: FloatArray, piece: IntArray, place: FloatArray, late: FloatArray
+        self,
+        point: FloatArray,
+        own: IntArray,
+        piece: IntArray,
+        place: FloatArray,
+        present: BoolArray,
+        tail: IntArray,
+        lip: Lip,
     ) -> tuple[IntArray, FloatArray]:
         """Return the pieces that points (q, 2) [m] face along the chains, and at which part of them, (q,) each.
 
@@ -74,29 +84,44 @@ class FaceChains:
         ----------
         point : (q, 2) float64 [m]
             Where points are.
+        own : (q,) int32
+            Their blocks, to whose faces they do not pass.
         piece : (q,) int32
             From which pieces they start.
         place : (k, 2) float64 [m]
             Where nodes are.
-        late : (q,) float64 [m]
-            How far behind the end of a block's face points face the next block; negative: before that end.
+        present : (n,) bool
+            Which blocks are there.
+        tail : (q,) int
+            Which way the face of a point lies that ends with it: 1 behind it along the chain, -1 before it; 0: both.
+        lip : callable
+            Returns how deep such an end has to lie on the face of a block to carry, of blocks (k,) for points (k,) [m].
         """
         share = self._projected(point, piece, place)
         for way, sign in ((self.after, 1.0), (self.before, -1.0)):
             for _ in range(len(self.block)):
                 further = way[piece]
-                on = np.flatnonzero(further >= 0)
-                leaves = self.block[further[on]] != self.block[piece[on]]
-                later = sign * late[on] * leaves
+                on = np.flatnonzero(self._may_pass(own, piece, further, present))
+                here, next_ = self.block[piece[on]], self.block[further[on]]
+                late = sign * tail[on]
+                later = np.where(here == next_, 0, late) * lip(on, np.where(late > 0, next_, here))
                 there = self._projected(point[on], further[on], place)
                 left = (0.5 - sign * (share[on] - 0.5)) * self._side(piece[on], place)
                 passed = (0.5 + sign * (there - 0.5)) * self._side(further[on], place)
                 goes = np.where(later > 0, passed > later, left < -later)
+                step = self._gap(point[on], piece[on], place) - self._gap(point[on], further[on], place)
+                goes &= (here == next_) | (step <= lip(on, next_))
                 if not goes.any():
                     break
                 piece = piece.copy()
                 piece[on[goes]], share[on[goes]] = further[on[goes]], there[goes]
         return piece, share
+
+    def _may_pass(self, own: IntArray, piece: IntArray, further: IntArray, present: BoolArray) -> BoolArray:
+        """Return which points (q,) may pass to a piece: to a block from another, both there, and not to their own."""
+        here, next_ = self.block[piece], self.block[further]
+        found: BoolArray = (further >= 0) & (next_ != own) & present[here] & present[next_]
+        return found
 
     def free_ends(self, interfaces: Interfaces) -> tuple[BoolArray, BoolArray]:
         """Return at which starts and ends of pieces a face continues without an interface, (p,) each.
@@ -136,6 +161,13 @@ class FaceChains:
         start, end = np.moveaxis(place[self.node[piece, :2]], 1, 0)
         length: FloatArray = np.hypot(*(end - start).T)
         return length
+
+    def _gap(self, point: FloatArray, piece: IntArray, place: FloatArray) -> FloatArray:
+        """Return how far points are in front of the chords of their pieces, (q,) [m]; negative: behind."""
+        start, end = np.moveaxis(place[self.node[piece, :2]], 1, 0)
+        (x, y), (ex, ey) = (point - start).T, (end - start).T
+        gap: FloatArray = (ey * x - ex * y) / np.hypot(ex, ey)
+        return gap
 
     def _projected(self, point: FloatArray, piece: IntArray, place: FloatArray) -> FloatArray:
         """Return at which part of its piece every point is, along the chord; outside 0 to 1 beyond the ends.

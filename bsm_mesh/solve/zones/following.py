@@ -17,7 +17,6 @@ from scipy.sparse.csgraph import connected_components
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
 from bsm_mesh.results.movement import LOST_CONTACT, moved_beyond
 from bsm_mesh.solve.motion.falling import SETTINGS as COLLAPSE
@@ -26,16 +25,16 @@ from bsm_mesh.solve.zones.equilibrium import Equations
 from bsm_mesh.solve.zones.large_water import wetted
 from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
 from bsm_mesh.solve.zones.rock_in_motion import MovingRock
-from bsm_mesh.solve.zones.shaken_zones import SINGLE, ShakenZones
+from bsm_mesh.solve.zones.shaken_zones import SINGLE
 from bsm_mesh.solve.zones.shaking_run import LONGEST, PARTS, go_on
 from bsm_mesh.solve.zones.stage_solution import Fall, movement
 from bsm_mesh.solve.zones.unyielding import yielding_no_further
+from bsm_mesh.solve.zones.zones_to_rest import STILL, ZonesToRest
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stage_run import StageRun
     from bsm_mesh.solve.zones.stages import Continuum
 
-STILL = Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=1.0, contact_damping=1.0)
 RUNS_ON = f"blocks move on after {COLLAPSE.runs:g} times their size"
 STIFFEST = 100.0  # times a joint's stiffness and a block's size: stiffer rock takes more cycles to the same rest
 
@@ -58,7 +57,7 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
     if run.limit is not None:
         allowed, runs_on = np.full_like(size, run.limit), moved_beyond(run.limit)
     recent, held = deque([start], PARTS), start
-    last, gone = 0.0, np.zeros_like(present)
+    last, most, gone = 0.0, 0.0, np.zeros_like(present)
     while motion.memory.cycles < LONGEST and not motion.diverged and not gone.any():
         go_on(motion)
         motion.equations = wetted(run, motion.equations, motion.at.u, present) or motion.equations
@@ -70,7 +69,8 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         recent.append(here)
         motion.damping = (DAMPED if is_near else FREE).damping
         before, last = last, motion.kinetic
-        if is_near and last <= min(before, SINGLE * motion.stored):
+        most = max(most, abs(motion.stored))
+        if is_near and last <= min(before, SINGLE * most):
             break
     else:
         if not gone.any():
@@ -82,7 +82,7 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
     return replace(equations, **kept), fall
 
 
-def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> ShakenZones:
+def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> ZonesToRest:
     """Return the blocks at the begin, in rock that is no stiffer than it has to be: equilibrium is found as it is."""
     large, joints = equations.large, run.of.model.joints
     assert large is not None
@@ -93,12 +93,12 @@ def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> Shake
     softer = yielding_no_further(replace(equations, large=replace(large, rock=rock)), part)
     moving = MovingRock(run.of, stiffness, present, softer, softer.load)
     quiet = quiet_nodes(run.of, stiffness, STILL, np.zeros(2), present)
-    motion = ShakenZones(moving, softer, run.state.u, STILL, present, quiet)
+    motion = ZonesToRest(moving, softer, run.state.u, STILL, present, quiet)
     motion.is_over = True
     return motion
 
 
-def _held(of: Continuum, motion: ShakenZones) -> BoolArray:
+def _held(of: Continuum, motion: ZonesToRest) -> BoolArray:
     """Return which blocks are connected to a support by closed points, bolts in tension and rock, (n,)."""
     joints, state, free = motion.equations.joints, motion.at.state, motion.equations.free
     dofs, block, count = of.basis.element_dofs, of.mesh.block, of.model.blocks.count

@@ -18,7 +18,7 @@ from bsm_mesh.solve.motion.energy import spring_energy
 from bsm_mesh.solve.motion.window_columns import UNLIMITED, ExtremeLines, chunks_of, strength_lines
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import TOUCHING, JointPoints
-from bsm_mesh.solve.zones.moving_points import SLID, MovingPoints
+from bsm_mesh.solve.zones.moving_points import MovingPoints
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -142,14 +142,14 @@ class JointWindow:
         """Energy in the springs of closed points at the begin [N]."""
         return spring_energy(self._asked, self._state)
 
-    def farthest(self, window: float) -> FloatArray:
+    def farthest(self, window: float, slide: float) -> FloatArray:
         """Return how far points may slide in the window, (q,) [m]: not far from their places, nor from their strength.
 
-        `window`: the part of a wear length in which strength counts as constant.
+        `window`: the part of a wear length in which strength counts as constant; `slide`: over a zone's side.
         """
         points, history = self._points, self._history
         side = points.pieces if isinstance(points, MovingPoints) else points.length
-        found = np.where(history.present, SLID * side, np.inf)
+        found = np.where(history.present, slide * side, np.inf)
         for number, law in enumerate(points.laws):
             if (wear := wear_length_of(law)) is not None:
                 on = (points.joint == number) & ~history.failed

@@ -17,7 +17,8 @@ class JointHistory:
     initial_pressure : (q,) float64 [N/m]
         Normal force at no opening, compression positive.
     offset : (q,) float64 [m]
-        Relative displacement that counts as no opening: of blocks put back later, that of their neighbours until then.
+        Relative displacement that counts as no opening: of blocks put back later, that of their neighbours until then;
+        of points that met, or passed to another block, in motion: so that no force begins or changes there.
     slip, shear, pressure : (q,) float64 [m], [N/m], [N/m]
         At the end of the last state of equilibrium.
     slip_path, opened_by : (q,) float64 [m]

@@ -123,7 +123,7 @@ def met(
     )
     every = np.concatenate([np.arange(count), count + rows, np.where(again, count + found.known, -1)])
     stays = np.concatenate([np.ones(count + len(rows), dtype=bool), same])
-    moved = with_met(joints, points).facing(_places(joints, found, every, stays, where, state))
+    moved = with_met(joints, points).facing(_places(joints, found, every, stays, where, present, state))
     offset = np.zeros(len(every))
     offset[count + len(rows) :] = np.where(moves, np.minimum(found.gap, found.offset), found.offset)
     return moved, _history(history, every, offset), every < 0
@@ -132,10 +132,14 @@ def met(
 def begun_between(
     joints: MovingPoints, history: JointHistory, fresh: BoolArray, start: FloatArray, u: FloatArray
 ) -> JointHistory:
-    """Return the history whose new points (q,) slide from where blocks met between displacements (N,) on."""
+    """Return the history whose new points (q,) slide from where blocks met between displacements (N,) on.
+
+    Blocks that overlapped at the first of these displacements, without a point, have no force there.
+    """
     (before, at), (after, there) = joints.relative(start), joints.relative(u)
     part = np.clip(before / np.maximum(before - after, np.finfo(float).tiny), 0.0, 1.0)
-    return replace(history, slip=np.where(fresh, at + part * (there - at), history.slip))
+    slip = np.where(fresh, at + part * (there - at), history.slip)
+    return replace(history, slip=slip, offset=np.where(fresh, np.minimum(history.offset, before), history.offset))
 
 
 def _joint_of(faces: ZoneFaces, found: Meetings) -> IntArray:
@@ -148,13 +152,21 @@ def _joint_of(faces: ZoneFaces, found: Meetings) -> IntArray:
 
 
 def _places(
-    joints: MovingPoints, found: Meetings, source: IntArray, stays: BoolArray, where: FloatArray, state: JointState
+    joints: MovingPoints,
+    found: Meetings,
+    source: IntArray,
+    stays: BoolArray,
+    where: FloatArray,
+    present: BoolArray,
+    state: JointState,
 ) -> Places:
     """Return the places of points by their rows before (q,), -1: new; points of `stays` (q,) keep their place."""
     faces, new = joints.faces, np.flatnonzero(~stays)
     row = new - (len(source) - len(found.corner))
     edge, corner = found.edge[row], found.corner[row]
-    piece, share = faces.chains.facing(where[faces.node[corner]], edge // faces.halves, where, np.zeros(len(edge)))
+    at, own, both = where[faces.node[corner]], faces.block[corner], np.zeros(len(edge), dtype=int)
+    start, no_lip = edge // faces.halves, lambda on, _: np.zeros(len(on))
+    piece, share = faces.chains.facing(at, own, start, where, present, both, no_lip)
     columns = {field.name: _taken(getattr(joints.places, field.name), source) for field in fields(Places)}
     columns["piece"][new], columns["share"][new], columns["over"][new] = piece, share, False
     columns["slid"][new] = _taken(state.slip, source[new])
@@ -197,15 +209,11 @@ def _meetings(
     on &= ~(meets_corner & _leaves_over_another(near, on, face[e // faces.halves]))
     on &= ~faces.inner[e] & ~faces.share_nodes(v, b) & (length > 0) & (near.entering_edge < 0)
     touches = on & (near.gap <= np.where(meets_corner, offset, band))
-    rows = np.flatnonzero(touches)
-    place = np.stack([v, face[e // faces.halves]])
-    known = _known(joints, near, rows, place[:, rows], order)
-    closed = np.zeros(len(on), dtype=bool)
-    closed[rows] = (known >= 0) & (_taken(pressure, known) > 0)
-    first = ~_opposed(near, on, closed)[rows]
-    rows, known = rows[first], known[first]
-    once = np.unique(place[:, rows], axis=1, return_index=True)[1]  # a node at a node of the other face is on two edges
-    rows, known = rows[once], known[once]
+    rows = np.flatnonzero(touches & ~_opposed(near, on))
+    place = np.stack([v, face[e // faces.halves]])[:, rows]
+    once = np.unique(place, axis=1, return_index=True)[1]  # a node at a node of the other face is on two edges
+    rows, place = rows[once], place[:, once]
+    known = _known(joints, near, rows, place, order)
     known[_again(known)] = -1
     return Meetings(v[rows], e[rows], offset[rows], near.gap[rows], length[rows], known)
 
@@ -250,15 +258,15 @@ def _active(joints: MovingPoints, where: FloatArray, pressure: FloatArray) -> tu
     return active, order
 
 
-def _opposed(near: Candidates, on: BoolArray, closed: BoolArray) -> BoolArray:
-    """Return which of two opposing candidates the other goes before, (m,): the corner leaves over that edge.
+def _opposed(near: Candidates, on: BoolArray) -> BoolArray:
+    """Return which of two opposing candidates `on` (m,) is deeper: the corner leaves over the other's edge.
 
-    A closed one (m,) goes first, else the one that is less deep: both would wedge the corner between them.
+    Both would wedge the corner between them.
     """
     other = near.opposing_candidate
     both = (other >= 0) & on & on[other]
     less = (near.gap < near.gap[other]) | ((near.gap == near.gap[other]) & (other < np.arange(len(other))))
-    found: BoolArray = both & np.where(closed == closed[other], less, closed[other])
+    found: BoolArray = both & less
     return found
 
 

@@ -80,7 +80,7 @@ def slid_on(
     joints, history = equations.joints, equations.history
     if not isinstance(joints, MovingPoints) or history is None:
         return None
-    moved, state = joints.slid_on(u), joints.evaluate(u, history)
+    moved, state = joints.slid_on(u, present), joints.evaluate(u, history)
     if moved is not None:
         over = moved.places.over
         breaks = over & np.isfinite(moved.tension)
@@ -90,6 +90,7 @@ def slid_on(
             failed=history.failed | breaks,
             parted=history.parted | breaks,
             shear=np.where(over, 0.0, history.shear),
+            offset=_offset_after(joints, moved, history, u) if band > 0 else history.offset,
         )
     further = met(moved or joints, history, u, present, state, band)
     if further is None:
@@ -98,6 +99,18 @@ def slid_on(
     if start is not None:
         history = begun_between(joints, history, fresh, start, u)
     return replace(equations, joints=joints, history=history)
+
+
+def _offset_after(joints: MovingPoints, moved: MovingPoints, history: JointHistory, u: FloatArray) -> FloatArray:
+    """Return the gaps without force (q,) [m] of points in motion; points that pass to another block keep their force.
+
+    Points that come back from beyond the end of a face had none. Without that a step between two faces would push the
+    blocks apart. Where the face of the other block lies deeper, the point opens.
+    """
+    gap = np.where(joints.over, 0.0, joints.relative(u)[0] - history.offset)
+    kept = np.minimum(moved.relative(u)[0] - gap, np.maximum(history.offset, 0.0))
+    passed = (moved.block[:, 0] != joints.block[:, 0]) | (joints.over & ~moved.over)
+    return np.where(passed, kept, history.offset)
 
 
 def slip_begun(start: JointHistory | None, equations: Equations) -> JointHistory | None:

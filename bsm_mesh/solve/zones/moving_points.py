@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.solve.zones.face_chains import FaceChains
+from bsm_mesh.solve.zones.face_chains import FaceChains, Lip
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.tangents import PointStiffness
@@ -148,8 +148,11 @@ class MovingPoints(JointPoints):
         side = _side(self.faces.chains, self.node, self.nodes, self.as_given, places)
         return replace(self, block=block, places=places, **side)
 
-    def slid_on(self, u: FloatArray) -> MovingPoints | None:
-        """Return the points at the places that they face at displacements u (N,); None: none has slid far."""
+    def slid_on(self, u: FloatArray, present: BoolArray) -> MovingPoints | None:
+        """Return the points at the places that they face at displacements u (N,); None: none has slid far.
+
+        `present` (n,): which blocks are there.
+        """
         _, slip = self.relative(u)
         places = self.places
         far = np.flatnonzero(np.abs(slip - places.slid) > SLID * self.pieces)
@@ -157,8 +160,15 @@ class MovingPoints(JointPoints):
             return None
         piece, share, over = places.piece.copy(), places.share.copy(), places.over.copy()
         where = self.as_given + u[self.nodes]
-        late = self._behind_ends()[far]
-        piece[far], share[far] = self.faces.chains.facing(where[self.node[far]], piece[far], where, late)
+        piece[far], share[far] = self.faces.chains.facing(
+            where[self.node[far]],
+            self.block[far, 1],
+            piece[far],
+            where,
+            present,
+            self._tails[far],
+            self._lip_of(far),
+        )
         over[far] = np.abs(share[far] - 0.5) > 0.5 + OVER
         share[over] = share[over].clip(0.0, 1.0)
         if (piece == places.piece).all() and (share == places.share).all() and (over == places.over).all():
@@ -168,16 +178,20 @@ class MovingPoints(JointPoints):
         slid[far] = (slip - there.relative(u)[1])[far]
         return replace(there, places=replace(there.places, slid=slid))
 
-    def _behind_ends(self) -> FloatArray:
-        """Return how far behind the end of a block's face points face the next block, along the chain, (q,) [m].
+    @property
+    def _tails(self) -> IntArray:
+        """Which way the face of a point lies that ends with it, (q,), as `FaceChains.facing` has it."""
+        starts, ends = (self.own >= 0).T.astype(int)
+        return np.append(starts - ends, np.zeros(len(self.node) - len(self.own), dtype=int))
 
-        The end of a face lies on that block by more than the least overlap then: so narrow a lip carries nothing.
-        """
-        starts, ends = (self.own >= 0).T
-        behind = np.zeros(len(self.node))
-        behind[: len(self.own)] = starts.astype(float) - ends
-        least = np.minimum(self.faces.least_overlap(*self.block.T), OVER * self.pieces)
-        return behind * least
+    def _lip_of(self, far: IntArray) -> Lip:
+        """Return how deep points (k,) at the ends of faces have to lie on a block to carry."""
+
+        def lip(on: IntArray, block: IntArray) -> FloatArray:
+            least = self.faces.least_overlap(self.block[far[on], 1], block)
+            return np.minimum(least, OVER * self.pieces[far[on]])
+
+        return lip
 
     @property
     def over(self) -> BoolArray:

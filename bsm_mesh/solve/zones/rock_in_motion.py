@@ -18,7 +18,7 @@ from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.supports import HeldDisplacements, nodal_unknowns
 from bsm_mesh.solve.zones.tangents import PointStiffness
-from bsm_mesh.solve.zones.zone_masses import cell_masses
+from bsm_mesh.solve.zones.zone_masses import cell_masses, sums_of_cells
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
@@ -46,8 +46,6 @@ class MovingRock:
         Unknowns of every node.
     mass : (k,) float64 [kg/m]
         Of the nodes; 0 where no cell is there.
-    of_unknowns : (N,) float64 [kg/m]
-        The same of the unknowns.
     moves : (k,) bool
         Which nodes supports do not hold in all directions.
     own, supports : (f,) uint32, tuple of arrays
@@ -74,8 +72,7 @@ class MovingRock:
         corner = self._node_of[basis.element_dofs[::2]]
         masses = cell_masses(of.model, basis, block, on)
         self.mass = np.bincount(corner.ravel(), masses.ravel(), len(self.nodes)).astype(np.float64)
-        self.of_unknowns = np.zeros(basis.N)
-        self.of_unknowns[self.nodes] = self.mass[:, None]
+        self._own_mass = self.mass
         self.parts = _mass_parts(masses[:, on], block[on], corner[:, on], (len(present), len(self.nodes)))
         self.block, self.in_joints = block, np.zeros(basis.N)
         if equations.large is None and equations.joints is not None and equations.history is not None:
@@ -153,6 +150,29 @@ class MovingRock:
         inverse = np.divide(1.0, self.mass, out=np.zeros_like(self.mass), where=self.moves)
         sums = (gradient[:, 0] ** 2 * inverse[nodes][:, :, None]).sum(axis=(1, 2))
         return critical_dashpots(joints.normal_stiffness, sums)
+
+    def be_heavier(self, least: FloatArray) -> None:
+        """Let every node have its own mass, or a least one (k,) [kg/m] where that is greater."""
+        self.mass = np.where(self._own_mass > 0, np.maximum(self._own_mass, least), 0.0)
+
+    @property
+    def of_unknowns(self) -> FloatArray:
+        """Masses of the unknowns, (N,) [kg/m]."""
+        found = np.zeros_like(self.outer)
+        found[self.nodes] = self.mass[:, None]
+        return found
+
+    def sums_of_cells(self, rock: LargeRock, u: FloatArray) -> FloatArray:
+        """Return the stiffness sums of nodes (k,) by cells in large displacement, at displacements u (N,), [Pa]."""
+        return sums_of_cells(rock.entries(rock.at(u, self._dofs)), self.cells[0], len(self.nodes))
+
+    def sums_of_bolts(self, equations: Equations, at: Iterate) -> FloatArray:
+        """Return the stiffness sums of nodes (k,) by bolts, [Pa]."""
+        if equations.bolts is None or at.bolts is None:
+            return np.zeros(len(self.nodes))
+        K = abs(sp.csr_matrix(equations.bolts.tangent(at.bolts)))
+        found: FloatArray = np.asarray(K.sum(axis=1)).ravel()[self.nodes].max(axis=1)
+        return found
 
     def bolts(self, equations: Equations, at: Iterate) -> Any:
         """Return the stiffness and the forces of bolts, as kernels take them."""

@@ -21,6 +21,7 @@ from bsm_mesh.solve.motion.shaking_memory import SUMS, ShakingMemory
 from bsm_mesh.solve.zones.equilibrium import Equations
 from bsm_mesh.solve.zones.joint_columns import JointWindow
 from bsm_mesh.solve.zones.moved_supports import slid_on
+from bsm_mesh.solve.zones.moving_points import SLID
 from bsm_mesh.solve.zones.quiet_nodes import QuietNodes
 from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.zone_kernels import advance_zones
@@ -84,7 +85,11 @@ class ShakenZones:
         Part of each force that acts against the velocity.
     is_over : bool
         Whether the base is at rest, or moves on as it does, and no wave enters.
+    slide : float
+        By how much a point of a joint slides in a window at most, over a zone's side.
     """
+
+    slide = SLID
 
     def __init__(
         self,
@@ -340,7 +345,7 @@ class ShakenZones:
         opened, slid = (gradient * velocity[points[0]][:, None, :, :2]).sum(axis=(2, 3)).T
         dashpots = self._shaking.dashpots * self._rock.critical_dashpots(joints, points[0], gradient)
         laws = self._window.chunks(dashpots / step, opened, slid)
-        return points, laws, self._window.farthest(FREE.window)
+        return points, laws, self._window.farthest(FREE.window, self.slide)
 
     @property
     def stored(self) -> float:

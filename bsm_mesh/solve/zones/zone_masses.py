@@ -33,6 +33,66 @@ def cell_masses(model: Model, basis: Any, block: IntArray, on: BoolArray) -> Flo
     return parts
 
 
+def sums_of_cells(entries: FloatArray, corner: IntArray, count: int) -> FloatArray:
+    """Return stiffness sums of nodes (count,) [Pa]: as springs to the ground they are stiffer than the cells.
+
+    However cells turn, their sums remain.
+
+    Parameters
+    ----------
+    entries : (t, 2 w, 2 w) float64 [Pa]
+        Of every cell.
+    corner : (t, w) int
+        Its nodes.
+
+    Examples
+    --------
+    >>> bar = np.array([[3.0, 0, -3.0, 0], [0, 0, 0, 0], [-3.0, 0, 3.0, 0], [0, 0, 0, 0]])
+    >>> sums_of_cells(bar[None], np.array([[0, 2]]), 3)
+    array([6., 0., 6.])
+    """
+    cells, width = corner.shape
+    parts = entries.reshape(cells, width, 2, width, 2).swapaxes(2, 3)
+    sums = np.linalg.norm(parts, 2, axis=(-2, -1)).sum(axis=2)
+    return np.bincount(corner.ravel(), sums.ravel(), count).astype(np.float64)
+
+
+def sums_of_points(stiffness: FloatArray, gradient: FloatArray, nodes: IntArray, count: int) -> FloatArray:
+    """Return stiffness sums of nodes (count,) [Pa], as `sums_of_cells`, of springs across and along joints.
+
+    Parameters
+    ----------
+    stiffness : (q,) float64 [Pa]
+        Of both springs of every point.
+    gradient : (q, 2, m, 2) float64
+        Derivatives of its opening and slip by the displacements of nodes.
+    nodes : (q, m) int
+        These nodes.
+
+    Examples
+    --------
+    >>> apart = np.array([[[[0.0, 1.0], [0.0, -1.0]], [[1.0, 0.0], [-1.0, 0.0]]]])
+    >>> sums_of_points(np.array([5.0]), apart, np.array([[0, 1]]), 2)
+    array([20., 20.])
+    """
+    size = np.linalg.norm(gradient, axis=-1)
+    sums = stiffness[:, None] * (size * size.sum(axis=-1, keepdims=True)).sum(axis=1)
+    return np.bincount(nodes.ravel(), sums.ravel(), count).astype(np.float64)
+
+
+def weighted_quantile(values: FloatArray, weights: FloatArray, part: float) -> float:
+    """Return the value that a part of the weights does not exceed.
+
+    Examples
+    --------
+    >>> weighted_quantile(np.array([9.0, 1.0, 2.0]), np.array([1.0, 5.0, 4.0]), 0.9)
+    2.0
+    """
+    order = np.argsort(values)
+    whole = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(whole, part * whole[-1])])
+
+
 def greatest_frequency(stiffness: Any, mass: FloatArray) -> float:
     """Return the greatest circular frequency [1/s] of a symmetric stiffness (f, f) [Pa] on masses (f,).
 

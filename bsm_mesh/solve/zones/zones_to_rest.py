@@ -1,0 +1,54 @@
+"""Zones that move to rest: masses decide how soon, weights and strengths where."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.rules import RULES
+from bsm_mesh.model.shaking import Shaking
+from bsm_mesh.solve.motion.following import DAMPED
+from bsm_mesh.solve.zones.shaken_zones import ShakenZones
+from bsm_mesh.solve.zones.zone_masses import stable_time_step, sums_of_points, weighted_quantile
+
+STILL = Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=1.0, contact_damping=1.0)
+
+
+class ZonesToRest(ShakenZones):
+    """Blocks with zones that move over a base at rest, as `ShakenZones` has them; impacts are damped critically.
+
+    The time step is the one that nine tenths of the mass allow. Nodes that are too light for their springs are heavier
+    than real, as rigid blocks are. With real masses a splinter would make the time step a hundredth.
+    """
+
+    slide = RULES.min_overlap
+    _rate = 0.0  # greatest stiffness sum over mass [1/s2]
+    _of_cells: FloatArray | None = None
+
+    def _limit_time_step(self) -> None:
+        """Set the masses with which the time step is stable, with the present points; first that time step."""
+        sums, rock = self._sums(), self._rock
+        if not self._rate:
+            there = rock.mass > 0
+            self._rate = weighted_quantile(sums[there] / rock.mass[there], rock.mass[there], DAMPED.stiff)
+            frequency = np.sqrt(self._rate)
+            stable = stable_time_step(frequency, 2 * self._shaking.dashpots * frequency)
+            self.memory = replace(self.memory, stable=self._shaking.time_step * stable)
+        before = rock.mass
+        rock.be_heavier(sums / self._rate)
+        slower = np.divide(before, rock.mass, out=np.ones_like(before), where=rock.mass > before)
+        self.memory = replace(self.memory, velocity=self.memory.velocity * slower[:, None])  # the momentum stays
+
+    def _sums(self) -> FloatArray:
+        """Return the stiffness sums of nodes (k,) [Pa] now."""
+        equations, at, rock = self.equations, self.at, self._rock
+        assert equations.large is not None
+        if self._of_cells is None:
+            self._of_cells = rock.sums_of_cells(equations.large.rock, at.u)
+        sums = self._of_cells + rock.sums_of_bolts(equations, at)
+        if self._window is not None and equations.joints is not None and equations.history is not None:
+            points, gradient = rock.points(equations.joints, equations.history, at.u)
+            sums += sums_of_points(self._window.stiffness, gradient, points[0], len(sums))
+        return sums
