@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from tests.scenes.large_zones import FRICTION, forces_below, pushed
+from tests.scenes.meeting_zones import meeting
+from tests.scenes.shapes import rectangle
 from tests.unit.test_large_zones import BENDS
 from tests.unit.test_zones import JOINT, RIGID, wall
 
@@ -84,6 +86,15 @@ def test_a_block_that_slid_off_is_unstable():
     assert results.status == "unstable"
     assert list(results.stages[0].unstable_blocks) == [1]
     assert results.stages[0].displacement[1, 1] < -1.0  # shown where it falls
+
+
+@pytest.mark.slow
+def test_a_block_that_slides_slowly_is_unstable():
+    """A hundredth of its weight drives it by three times its size, and its stiff rock takes many time steps."""
+    model = meeting([rectangle(-1, -1, 14, 0), rectangle(0, 0, 2, 0.5)], young=1e10, friction=20.0, degrees=-20.8)
+    results = bsm.run(model.replace(gravity_direction=-90.0))
+    assert results.status == "unstable", results.stages[0].reason
+    assert "move on" in results.stages[0].reason
 
 
 @pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.heavy)])

@@ -26,7 +26,7 @@ from bsm_mesh.solve.zones.large_water import wetted
 from bsm_mesh.solve.zones.quiet_nodes import quiet_nodes
 from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.shaken_zones import SINGLE
-from bsm_mesh.solve.zones.shaking_run import LONGEST, PARTS, go_on
+from bsm_mesh.solve.zones.shaking_run import PARTS, go_on, time_to_rest
 from bsm_mesh.solve.zones.stage_solution import Fall, movement
 from bsm_mesh.solve.zones.unyielding import yielding_no_further
 from bsm_mesh.solve.zones.zones_to_rest import STILL, ZonesToRest
@@ -58,7 +58,8 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         allowed, runs_on = np.full_like(size, run.limit), moved_beyond(run.limit)
     recent, held = deque([start], PARTS), start
     last, most, gone = 0.0, 0.0, np.zeros_like(present)
-    while motion.memory.cycles < LONGEST and not motion.diverged and not gone.any():
+    longest = time_to_rest(size)
+    while motion.memory.time < longest and not motion.diverged and not gone.any():
         go_on(motion)
         motion.equations = wetted(run, motion.equations, motion.at.u, present) or motion.equations
         here = movement(of, motion.at.u)

@@ -18,7 +18,7 @@ from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.supports import HeldDisplacements, nodal_unknowns
 from bsm_mesh.solve.zones.tangents import PointStiffness
-from bsm_mesh.solve.zones.zone_masses import cell_masses, sums_of_cells
+from bsm_mesh.solve.zones.zone_masses import cell_masses, sums_of_cells, sums_of_points
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stages import Continuum
@@ -50,14 +50,14 @@ class MovingRock:
         Which nodes supports do not hold in all directions.
     own, supports : (f,) uint32, tuple of arrays
         Nodes without a support, and those with one, as `advance_zones` takes them.
-    block : (t,) int
-        Block of every cell.
+    block : (c,) int
+        Block of every cell with a node that moves.
     parts : sparse (n, k)
         Parts of the mass of every block at nodes.
     in_joints : (N,) float64 [N/m]
         Forces of the water in joints, which small displacements do not turn.
     cells : tuple of arrays
-        The cells, as `advance_zones` takes them.
+        These cells, as `advance_zones` takes them.
     """
 
     def __init__(
@@ -74,17 +74,23 @@ class MovingRock:
         self.mass = np.bincount(corner.ravel(), masses.ravel(), len(self.nodes)).astype(np.float64)
         self._own_mass = self.mass
         self.parts = _mass_parts(masses[:, on], block[on], corner[:, on], (len(present), len(self.nodes)))
-        self.block, self.in_joints = block, np.zeros(basis.N)
+        self.in_joints = np.zeros(basis.N)
         if equations.large is None and equations.joints is not None and equations.history is not None:
             water = equations.history.water * equations.history.present
             self.in_joints = equations.joints.opening_rows.T @ water
         self._dofs = basis.element_dofs
         rock = LargeRock.of(basis, stiffness, on, None) if equations.large is None else equations.large.rock
-        initial = np.zeros((*rock.weight.shape, 3)) if rock.initial is None else rock.initial
-        parts = corner.T.astype(np.uint32), rock.gradient, rock.weight, rock.stiffness, initial
-        self.cells: tuple[Any, ...] = *(np.ascontiguousarray(part) for part in parts), equations.large is not None
+        self._of_cells = sums_of_cells(rock.entries(rock.at(np.zeros(basis.N), self._dofs)), corner.T, len(self.nodes))
         self._rows: tuple[JointPoints | None, Any] = (None, None)
         self._set_supports(equations.free.supports)
+        moving = self.moves[corner].any(axis=0)  # the others keep their stress, on nodes that supports hold
+        initial = np.zeros((*rock.weight.shape, 3)) if rock.initial is None else rock.initial
+        parts = corner.T.astype(np.uint32), rock.gradient, rock.weight, rock.stiffness, initial
+        self.block = block[moving]
+        self.cells: tuple[Any, ...] = (
+            *(np.ascontiguousarray(part[moving]) for part in parts),
+            equations.large is not None,
+        )
 
     def _set_supports(self, held: HeldDisplacements) -> None:
         """Set the nodes with a support, and projectors onto their free directions."""
@@ -162,16 +168,18 @@ class MovingRock:
         found[self.nodes] = self.mass[:, None]
         return found
 
-    def sums_of_cells(self, rock: LargeRock, u: FloatArray) -> FloatArray:
-        """Return the stiffness sums of nodes (k,) by cells in large displacement, at displacements u (N,), [Pa]."""
-        return sums_of_cells(rock.entries(rock.at(u, self._dofs)), self.cells[0], len(self.nodes))
+    def stiffness_sums(self, equations: Equations, at: Iterate, springs: FloatArray) -> FloatArray:
+        """Return the stiffness sums of nodes (k,) [Pa], as springs to the ground that are stiffer than all there is.
 
-    def sums_of_bolts(self, equations: Equations, at: Iterate) -> FloatArray:
-        """Return the stiffness sums of nodes (k,) by bolts, [Pa]."""
-        if equations.bolts is None or at.bolts is None:
-            return np.zeros(len(self.nodes))
-        K = abs(sp.csr_matrix(equations.bolts.tangent(at.bolts)))
-        found: FloatArray = np.asarray(K.sum(axis=1)).ravel()[self.nodes].max(axis=1)
+        Points of joints have springs (q,) [Pa].
+        """
+        found = self._of_cells.copy()
+        if equations.joints is not None and equations.history is not None:
+            points, gradient = self.points(equations.joints, equations.history, at.u)
+            found += sums_of_points(springs, gradient, points[0], len(found))
+        if equations.bolts is not None and at.bolts is not None:
+            K = abs(sp.csr_matrix(equations.bolts.tangent(at.bolts)))
+            found += np.asarray(K.sum(axis=1)).ravel()[self.nodes].max(axis=1)
         return found
 
     def bolts(self, equations: Equations, at: Iterate) -> Any:

@@ -87,9 +87,12 @@ class ShakenZones:
         Whether the base is at rest, or moves on as it does, and no wave enters.
     slide : float
         By how much a point of a joint slides in a window at most, over a zone's side.
+    window_cycles : int
+        Cycles in a window at most.
     """
 
     slide = SLID
+    window_cycles = FREE.cycles
 
     def __init__(
         self,
@@ -125,14 +128,12 @@ class ShakenZones:
 
     def steps_of_blocks(self) -> FloatArray:
         """Return the time step (n,) [s] that the nodes of each block allow, by their stiffness; infinite without."""
-        rock, free = self._rock, self.equations.free.free
+        rock = self._rock
         assert self._counted is not None
-        stiffness = abs(rock.stiffness(self.equations, self.at, self._counted))
-        square = np.zeros(len(rock.of_unknowns))
-        square[free] = np.asarray(stiffness.sum(axis=1)).ravel() / rock.of_unknowns[free]
-        greatest, parts = square[rock.nodes].max(axis=1), rock.parts.tocoo()
+        sums, parts = rock.stiffness_sums(self.equations, self.at, self._counted), rock.parts.tocoo()
+        square = np.divide(sums, rock.mass, out=np.zeros_like(sums), where=rock.moves)
         of_block = np.zeros(len(self._present))
-        np.maximum.at(of_block, parts.row, greatest[parts.col])
+        np.maximum.at(of_block, parts.row, square[parts.col])
         steps: FloatArray = np.divide(2.0, np.sqrt(of_block), out=np.full(len(of_block), np.inf), where=of_block > 0)
         return steps
 
@@ -239,7 +240,7 @@ class ShakenZones:
         velocity = memory.velocity
         if last and last != step:  # that of half another time step before
             velocity = velocity + self._rock.projected(self._accelerations()) * (last - step) / 2
-        count = min(count, FREE.cycles, self._cycles_within(velocity, step))
+        count = min(count, self.window_cycles, self._cycles_within(velocity, step))
         base, wave = self._of_base(count, step) * step**2, np.zeros(count)
         if self._shaking.boundary is not None:
             base, wave = wave, base
@@ -250,7 +251,7 @@ class ShakenZones:
     def _cycles_within(self, velocity: FloatArray, step: float) -> int:
         """Return the cycles of a time step [s] in which no node comes through the band, at velocities (k, 3) [m/s]."""
         if self._band == 0:
-            return FREE.cycles
+            return self.window_cycles
         fastest = float(np.hypot(*velocity[:, :2].T).max(initial=0.0))
         time = (np.sqrt(fastest**2 + GRAVITY * self._band) - fastest) / GRAVITY
         return max(1, int(time / step))

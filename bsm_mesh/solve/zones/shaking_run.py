@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.base_motion import GRAVITY
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
 from bsm_mesh.results.records import StepRecord
+from bsm_mesh.solve.motion.falling import SETTINGS as COLLAPSE
 from bsm_mesh.solve.motion.following import DAMPED, FREE
 from bsm_mesh.solve.motion.shaking_faults import divergence, imbalance
 from bsm_mesh.solve.motion.shaking_memory import SUMS
@@ -24,7 +26,7 @@ SLIP = SUMS.index("slip")
 SLIDES_ON = "after the shaking blocks moved on by more than their size"
 SMALL = 'small displacements do not follow them; give zones displacement = "large"'
 PARTS = 10  # of so many windows after the record without any slip: elastic vibrations are left
-LONGEST = 200_000  # cycles after the record
+SLOW = 0.01  # of a block's weight: blocks are followed as long as it takes to drive them on by `COLLAPSE.runs`
 
 
 class Watch(Protocol):
@@ -59,7 +61,8 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
     size, start = np.sqrt(of.model.blocks.moments.area), movement(of, motion.at.u)
     gone, still = np.zeros_like(present), 0
     motion.damping, motion.is_over = FREE.damping, True
-    while motion.kinetic > least and motion.memory.cycles < end.cycles + LONGEST and not gone.any():
+    longest = end.time + time_to_rest(size)
+    while motion.kinetic > least and motion.memory.time < longest and not gone.any():
         slipped = motion.memory.sums[SLIP]
         go_on(motion)
         still = still + 1 if motion.memory.sums[SLIP] == slipped else 0
@@ -75,10 +78,15 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
     return f"after the record blocks slide on by more than their size: {SMALL}", None
 
 
+def time_to_rest(size: FloatArray) -> float:
+    """Return for how long blocks of some sizes (n,) [m] are followed to rest, [s]."""
+    return float(np.sqrt(2 * COLLAPSE.runs * size.mean() / (SLOW * GRAVITY)))
+
+
 def go_on(motion: ShakenZones) -> None:
     """Move nodes through a window."""
     memory = motion.memory
-    motion.go_on(memory.time + FREE.cycles * memory.stable)
+    motion.go_on(memory.time + motion.window_cycles * memory.stable)
 
 
 def shaken_step(of: Continuum, motion: ShakenZones, stage: int, step: int, seconds: float) -> StepRecord:
