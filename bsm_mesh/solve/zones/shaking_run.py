@@ -57,7 +57,8 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
 
     Blocks that slide on are hardly damped, as rigid blocks are; vibrations without slip are. Nothing and None: at rest.
     """
-    end, least = motion.memory, SINGLE * abs(motion.memory.springs)
+    end = motion.memory
+    least = SINGLE * (abs(end.springs) or end.greatest_energy)  # of those that nothing loads before the shaking
     size, start = np.sqrt(of.model.blocks.moments.area), movement(of, motion.at.u)
     gone, still = np.zeros_like(present), 0
     motion.damping, motion.is_over = FREE.damping, True
