@@ -9,21 +9,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import redirect_stdout
 from dataclasses import replace
-from io import StringIO
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
 import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
+from benchmarks.starters import starter
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.commands.starters import write_starter
 from bsm_mesh.model.base_motion import GRAVITY
-from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.solve.continuation.time_steps import time_steps_of
 from bsm_mesh.solve.motion.masses import Weighed
@@ -57,9 +52,7 @@ HEADER = (
 def drawn(count: int) -> list[tuple[float | str, bsm.Model, bsm.Options]]:
     """Return part of the critical damping, model and options of so many slopes."""
     random, found = np.random.default_rng(SEED), list[tuple[float | str, bsm.Model, bsm.Options]]()
-    with TemporaryDirectory() as folder, redirect_stdout(StringIO()):
-        write_starter("slope", Path(folder) / "slope")
-        file = Variation(Path(folder) / "slope" / "model.toml")
+    with starter("slope") as file:
         for number in range(count):
             given = {key: round(float(random.uniform(*ends)), 1) for key, ends in FAMILY.items()}
             given |= {"height": HEIGHT, "angle": ANGLE, "seed": int(random.integers(1, 1000))}

@@ -8,10 +8,6 @@ table takes the place of what is between that page's marks.
 from __future__ import annotations
 
 import sys
-from contextlib import redirect_stdout
-from io import StringIO
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 from unittest.mock import patch
 
@@ -19,9 +15,8 @@ import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.pages import seeds_command
-from bsm_mesh.commands.starters import write_starter
+from benchmarks.starters import starter
 from bsm_mesh.model.falls import Falls
-from bsm_mesh.modelfile.variation import Variation
 from bsm_mesh.safety.bound import limit_of
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.three_d.limit import analysis
@@ -34,9 +29,7 @@ NEARS = (0.0, 1e-6, 1e-5, analysis.NEAR, 1e-3)
 def drawn(seed: int) -> bsm.Model:
     """Return the starter with other friction angles, and odd seeds with other dips."""
     rng = np.random.default_rng(seed)
-    with TemporaryDirectory() as folder, redirect_stdout(StringIO()):
-        write_starter("wedge", Path(folder) / "wedge")
-        file = Variation(Path(folder) / "wedge" / "model.toml")
+    with starter("wedge") as file:
         friction = {f"joint.{name}.friction": float(rng.uniform(20, 40)) for name in "AB"}
         dip = {f"joint_plane.{name}.dip": float(rng.uniform(44, 50)) for name in "AB" if seed % 2}
         return file.model(friction | dip).model

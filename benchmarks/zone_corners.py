@@ -8,11 +8,7 @@ the place of what is between that page's marks.
 from __future__ import annotations
 
 import argparse
-from contextlib import redirect_stdout
 from dataclasses import replace
-from io import StringIO
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any
 from unittest.mock import patch
@@ -22,9 +18,9 @@ import numpy as np
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
 from benchmarks.sliding_zones import SEED, Member
-from bsm_mesh.commands.starters import write_starter
-from bsm_mesh.modelfile.variation import Variation
-from bsm_mesh.solve.zones import met_points, moved_supports
+from benchmarks.starters import starter
+from bsm_mesh.solve.motion.following import DAMPED
+from bsm_mesh.solve.zones import met_points, moved_supports, shaking_run, zones_to_rest
 from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.moving_points import MovingPoints
 from bsm_mesh.solve.zones.zones_to_rest import ZonesToRest
@@ -39,6 +35,7 @@ RULES: tuple[tuple[str, Any, str, Any], ...] = (
     ("corners behind another face", met_points, "_leaves_over_another", lambda near, on, face: np.zeros_like(on)),
     ("two opposing edges at once", met_points, "_opposed", lambda near, on: np.zeros_like(on)),
     ("points pass to any block", FaceChains, "_may_pass", lambda self, own, piece, further, present: further >= 0),
+    ("points pass over any step", FaceChains, "_gap", lambda self, point, piece, place: np.zeros(len(piece))),
     (
         "points pass with another force",
         moved_supports,
@@ -47,6 +44,8 @@ RULES: tuple[tuple[str, Any, str, Any], ...] = (
     ),
     ("`slide` = 0.001", ZonesToRest, "slide", 0.001),
     ("`slide` = 0.02", ZonesToRest, "slide", 0.02),
+    ("`stiff` = 0.99", zones_to_rest, "DAMPED", replace(DAMPED, stiff=0.99)),
+    ("`SLOW` = 0.1", shaking_run, "SLOW", 0.1),
 )
 SECOND_BENCH = '[[stage]]\nname = "lower bench"'  # and what follows it in the starter's file
 FAMILY = {
@@ -81,11 +80,7 @@ def beyond_joints(count: int) -> list[Member]:
 def slopes(count: int) -> list[bsm.Model]:
     """Return so many starter slopes of one bench with zones, weak bedding and cross joints."""
     random, found = np.random.default_rng(SEED), list[bsm.Model]()
-    with TemporaryDirectory() as folder, redirect_stdout(StringIO()):
-        write_starter("slope", Path(folder) / "slope")
-        path = Path(folder) / "slope" / "model.toml"
-        path.write_text(path.read_text("utf-8").partition(SECOND_BENCH)[0], "utf-8")
-        file = Variation(path)
+    with starter("slope", lambda text: text.partition(SECOND_BENCH)[0]) as file:
         for number in range(count):
             drawn = {name: float(random.uniform(*ends)) for name, ends in FAMILY.items()}
             values = {f"mesh.parameters.{name}": value for name, value in (drawn | {"seed": number + 1}).items()}
