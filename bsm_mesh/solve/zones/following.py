@@ -42,7 +42,8 @@ STIFFEST = 100.0  # times a joint's stiffness and a block's size: stiffer rock t
 def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equations, Fall | None] | None:
     """Return the equations after the motion, and the blocks that fall; the displacements of the run are those there.
 
-    None: rock has no mass, supports hold blocks by their mean, or blocks do not reach rest. Nothing is changed then.
+    None: rock has no mass, supports hold blocks by their mean, blocks do not reach rest, or motion diverges. Nothing is
+    changed then.
     """
     of, u = run.of, run.state.u
     if not of.model.unit_weights[present].all():
@@ -59,8 +60,10 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
     recent, held = deque([start], PARTS), start
     last, most, gone = 0.0, 0.0, np.zeros_like(present)
     longest = time_to_rest(size)
-    while motion.memory.time < longest and not motion.diverged and not gone.any():
+    while motion.memory.time < longest and not gone.any():
         go_on(motion)
+        if motion.diverged:
+            return None
         motion.equations = wetted(run, motion.equations, motion.at.u, present) or motion.equations
         here = movement(of, motion.at.u)
         held = np.where(_held(of, motion)[:, None], here, held)

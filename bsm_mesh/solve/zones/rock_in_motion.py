@@ -44,6 +44,8 @@ class MovingRock:
     ----------
     nodes : (k, 2) int
         Unknowns of every node.
+    extent : float [m]
+        Width or height of all blocks as given, the larger.
     mass : (k,) float64 [kg/m]
         Of the nodes; 0 where no cell is there.
     moves : (k,) bool
@@ -67,6 +69,7 @@ class MovingRock:
         on = present[block]
         self.outer = outer
         self.nodes = nodal_unknowns(basis)
+        self.extent = float(np.ptp(basis.doflocs, axis=1).max())
         self._node_of = np.zeros(basis.N, dtype=np.int64)
         self._node_of[self.nodes] = np.arange(len(self.nodes))[:, None]
         corner = self._node_of[basis.element_dofs[::2]]

@@ -63,7 +63,7 @@ def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tupl
     gone, still = np.zeros_like(present), 0
     motion.damping, motion.is_over = FREE.damping, True
     longest = end.time + time_to_rest(size)
-    while motion.kinetic > least and motion.memory.time < longest and not gone.any():
+    while motion.kinetic > least and motion.memory.time < longest and not motion.diverged and not gone.any():
         slipped = motion.memory.sums[SLIP]
         go_on(motion)
         still = still + 1 if motion.memory.sums[SLIP] == slipped else 0
