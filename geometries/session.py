@@ -14,6 +14,7 @@ import contextlib
 import errno
 import itertools
 import os
+import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -129,16 +130,30 @@ def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = N
             if not gmsh.isInitialized():
                 # No signal handler: those can be set in the main thread only.
                 gmsh.initialize(readConfigFiles=False, interruptible=False)
-                closing.callback(_close, gmsh)
+                closing.callback(_close)
             else:
                 closing.callback(_return_to, gmsh, gmsh.model.getCurrent())
             closing.enter_context(_changed_options(gmsh, {**BASE_OPTIONS, **(options or {})}))
-            own = f"{name} (session {next(_NUMBERS)})"
-            gmsh.model.add(own)
-            closing.callback(_remove_model, gmsh, own)
+            _own_model(gmsh, name, closing)
             _NAMED.append({})
             closing.callback(_NAMED.pop)
             yield gmsh
+
+
+@contextlib.contextmanager
+def gmsh_as_found(name: str) -> Iterator[None]:
+    """Let a script start Gmsh: it finds no entities of others, and Gmsh is afterwards as it was before.
+
+    A script that fails, or that does not end Gmsh, leaves no entities to the next mesh. Other threads wait.
+    """
+    with _ONE_AT_A_TIME, contextlib.ExitStack() as closing:
+        gmsh = sys.modules.get("gmsh")
+        if gmsh is None or not gmsh.isInitialized():
+            closing.callback(_close)
+        else:
+            closing.callback(_return_to, gmsh, gmsh.model.getCurrent())
+            _own_model(gmsh, name, closing)
+        yield
 
 
 def name_groups(groups: Mapping[str, Sequence[int]], *, of_volumes: bool = False) -> None:
@@ -299,6 +314,12 @@ def _changed_options(gmsh: Any, options: Mapping[str, float]) -> Iterator[None]:
                 gmsh.option.setNumber(key, value)
 
 
+def _own_model(gmsh: Any, name: str, closing: contextlib.ExitStack) -> None:
+    own = f"{name} (session {next(_NUMBERS)})"
+    gmsh.model.add(own)
+    closing.callback(_remove_model, gmsh, own)
+
+
 def _remove_model(gmsh: Any, own: str) -> None:
     if gmsh.isInitialized() and own in gmsh.model.list():
         gmsh.model.setCurrent(own)
@@ -310,6 +331,7 @@ def _return_to(gmsh: Any, name: str) -> None:
         gmsh.model.setCurrent(name)
 
 
-def _close(gmsh: Any) -> None:
-    if gmsh.isInitialized():
+def _close() -> None:
+    gmsh = sys.modules.get("gmsh")
+    if gmsh is not None and gmsh.isInitialized():
         gmsh.finalize()

@@ -105,8 +105,9 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
         For an unknown geometry or parameter, and for whatever a user's script raises.
     """
     from bsm_mesh.geometries.cases import find_case
+    from bsm_mesh.geometries.session import gmsh_as_found
 
-    with geometry_faults(), stdout_to_stderr():
+    with geometry_faults(), stdout_to_stderr(), gmsh_as_found(str(case)):
         found = find_case(case)
         if "path" in parameters:
             raise ModelError(f"{found.name}: there is no parameter 'path': the mesh is written where it is needed")

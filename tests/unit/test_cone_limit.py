@@ -45,7 +45,7 @@ def test_a_push_at_the_foot_slides_at_the_friction():
     ).all()
 
 
-@pytest.mark.parametrize(("narrow", "fits"), [(1e-5, True), (0.1, False)])
+@pytest.mark.parametrize(("narrow", "fits"), [(1e-6, True), (0.1, False)])
 def test_a_solver_that_gives_up_next_to_the_factor_leaves_an_upper_bound(monkeypatch, narrow, fits):
     """A block on a slope of 20 degrees: next to nothing is lacking there. Farther off it is an error."""
     blocks = column()
@@ -62,7 +62,7 @@ def test_a_solver_that_gives_up_next_to_the_factor_leaves_an_upper_bound(monkeyp
 
     monkeypatch.setattr(analysis.program, "balance", gives_up)
     if fits:
-        assert exact * (1 - EXACT) <= analysis.strength_factor(loads, strength) <= exact * (1 + 1e-3)
+        assert exact * (1 - EXACT) <= analysis.strength_factor(loads, strength) <= exact * (1 + 2e-4)
     else:
         with pytest.raises(bsm.ModelError, match="could not be solved"):
             analysis.strength_factor(loads, strength)
