@@ -28,7 +28,10 @@ from bsm_mesh.solve.zones.system import refuse_loose
 
 MOVING = 0.25  # of the greatest movement: blocks above it are named, as rigid ones are
 MOVES_FIRST = "no forces within strength balance the loads where blocks were given, so they move before any rest"
-PROVED = "no equilibrium was found in the zones, and none exists: no forces within strength balance the loads"
+PROVED = (
+    "no equilibrium was found in the zones, and none exists: no forces within strength balance the loads; "
+    "displacements are those of the last equilibrium"
+)
 
 
 def falling_blocks(of: Continuum, end: StageEnd) -> IntArray:
@@ -74,7 +77,8 @@ def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, pr
         return stage
     down = stage.unstable_blocks
     if not down.size:
-        down = np.array([distances(stage.displacement).argmax()])
+        moved = stage.displacement if end.astray is None else movement(of, end.astray)
+        down = np.array([distances(moved).argmax()])
     proof = _asked(of, end, stage, number, prove, down)
     if proof.witness is None:
         return replace(stage, proof=proof) if stage.status is Status.UNSTABLE else stage

@@ -28,8 +28,8 @@ from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, met_rows,
 from bsm_mesh.solve.zones.stages import Continuum
 
 NO_EQUILIBRIUM = (
-    "no equilibrium was found in the zones, which allow small displacements only; give zones displacement = 'large' to "
-    "follow the blocks, or leave zones out"
+    "no equilibrium was found in the zones, which allow small displacements only; displacements are those of the last "
+    "equilibrium; give zones displacement = 'large' to follow the blocks, or leave zones out"
 )
 LARGER = "for larger ones give zones displacement = 'large', or leave zones out"
 NO_LARGE_EQUILIBRIUM = "no equilibrium was found in the zones; leave zones out to see whether blocks fall"

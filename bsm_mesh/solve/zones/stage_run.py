@@ -155,7 +155,7 @@ class StageRun:
         state, of, self.fall = self.state, self.of, None
         loads = self.loads_on(present)
         equations = self.equations(present, loads)
-        held, collapse = equations.free.supports, None
+        held, collapse, astray = equations.free.supports, None, None
         for number, part in enumerate(parts):
             self._part = Part(name, present, parts[number:], replace(state))
             held_back = state.held_back(part)
@@ -171,7 +171,8 @@ class StageRun:
             equations, at, converged = self._moved(equations, at, present)
             apart = [] if converged or self.fall else loose(self.of, equations, at, present)
             if not converged and equations.large is None:
-                collapse = plastic_collapse(equations, at, start)
+                collapse, astray = plastic_collapse(equations, at, start), at.u - start
+                at = at if collapse else equations.at(start, equations.free.none)
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.joints, state.history = at.u, equations.joints, equations.history
             state.bolts = equations.bolts
@@ -186,7 +187,7 @@ class StageRun:
         if state.water is not None and of.discretization.large:
             state.water, loads = self._water(state.water.load.water), self.loads_on(present)
         end = self.end_at(name, present, replace(equations, plastic=plastic), at, loads, converged)
-        end = replace(end, loose=apart, fall=self.fall, collapse=collapse, held_back=held_back)
+        end = replace(end, loose=apart, fall=self.fall, collapse=collapse, astray=astray, held_back=held_back)
         return replace(end, leaves=converged and equations.leaves(at))
 
     def end_at(

@@ -104,6 +104,8 @@ class StageEnd:
         Why it is no answer, if it is none.
     fall : Fall or None
         Blocks that fall.
+    astray : (N,) float64 or None [m]
+        Displacements where a search with small displacement ended without equilibrium; `u` is the last equilibrium.
     """
 
     name: str
@@ -135,6 +137,7 @@ class StageEnd:
     shaking: ShakingResult | None = None
     fault: str = ""
     fall: Fall | None = None
+    astray: FloatArray | None = None
 
     def without_strain(self, block: IntArray) -> FloatArray | None:
         """Return the effective stress (3, t, i) [Pa] of rock without strain: in situ, less what yielding took."""
