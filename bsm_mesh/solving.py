@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -24,6 +25,7 @@ Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
 Finished: TypeAlias = "Callable[[Results], None]"
 TURNED_OVER = "record turned over"
+SILENCE = 3.0  # s between reports of one motion
 Output: TypeAlias = "str | os.PathLike[str] | Literal[False] | None"
 
 
@@ -127,6 +129,19 @@ def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:
     return model.replace(stages=[replace(stage, relaxation=finer(stage.relaxation)) for stage in model.stages])
 
 
+def _seldom(report: Reporter) -> Reporter:
+    """Return a reporter that passes on a text some seconds after the last."""
+    last = time.monotonic()
+
+    def passes_on(text: str) -> None:
+        nonlocal last
+        if time.monotonic() > last + SILENCE:
+            last = time.monotonic()
+            report(text)
+
+    return passes_on
+
+
 def _stages_of(
     model: Model, options: Options, report: Reporter, route: Route | None, watchers: Watchers, keep: Keep
 ) -> Stages:
@@ -145,7 +160,7 @@ def _stages_of(
         from bsm_mesh.solve.zones.scheme import ZoneStages
 
         report("zones")
-        return ZoneStages(model, options, watchers)
+        return ZoneStages(model, options, watchers, _seldom(report))
     report("contacts")
     scheme: Scheme
     if in_space(model.blocks):

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh import solving
 from tests.scenes.large_zones import pushed
 from tests.scenes.meeting_zones import beside, meeting
 from tests.scenes.shapes import rectangle
@@ -73,10 +74,13 @@ def test_a_limit_that_small_movements_reach():
         assert bsm.run(model, bsm.Options(displacement_limit=limit)).status == status
 
 
-def test_a_block_that_slides_on_is_followed_up_to_the_limit():
-    """Gravity pulls it along the floor with more than its friction."""
-    model = meeting([FLOOR, ON_IT], young=1e10, friction=20.0, gravity_horizontal=0.5)
-    stage = bsm.run(model, bsm.Options(displacement_limit=0.3)).stages[0]
+def test_a_block_that_slides_on_is_followed_up_to_the_limit(monkeypatch):
+    """Gravity pulls it along the floor with more than its friction. Progress of the motion is reported."""
+    monkeypatch.setattr(solving, "SILENCE", 0.0)
+    model, said = meeting([FLOOR, ON_IT], young=1e10, friction=20.0, gravity_horizontal=0.5), []
+    stage = bsm.run(model, bsm.Options(displacement_limit=0.3), report=said.append).stages[0]
+    far = [float(text.split()[5]) for text in said if text.startswith("blocks move: by up to ")]
+    assert 0 < far[0] < far[len(far) // 2] < 0.3 < far[-1]
     assert (stage.status, stage.reason) == ("unstable", "a block moved more than 0.3 m")
     assert 0.3 < np.abs(stage.displacement[1, 0]) < 0.5
 

@@ -71,6 +71,8 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         gone = far | (distances(here - held) > COLLAPSE.free_move * size) & present
         is_near = (distances(here - recent[0]) < CONTACT_TOLERANCE * size)[present].all()
         recent.append(here)
+        farthest = distances(here - start)[present].max()
+        run.report(f"blocks move: by up to {farthest:.3g} m after {motion.memory.time:.3g} s of motion")
         motion.damping = (DAMPED if is_near else FREE).damping
         before, last = last, motion.kinetic
         most = max(most, abs(motion.stored))

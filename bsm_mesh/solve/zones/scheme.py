@@ -22,7 +22,7 @@ from bsm_mesh.solve.stages.as_built import small_blocks
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import after_falls, falls_of, notes_on_movement, within_limit
-from bsm_mesh.solve.stages.scheme import Watchers
+from bsm_mesh.solve.stages.scheme import Reporter, Watchers
 from bsm_mesh.solve.stages.shaken import notes_on_shaking
 from bsm_mesh.solve.stages.solution import confirmed
 from bsm_mesh.solve.zones.collapse import notes_on_rest, with_proof
@@ -86,6 +86,8 @@ class ZoneStages:
         Tolerance, limit of displacement, and what falls.
     watchers : Watchers
         Get the step of every stage, check and measure it.
+    report : callable
+        Gets the progress of long motion, in words.
 
     Attributes
     ----------
@@ -102,13 +104,16 @@ class ZoneStages:
 
     linear_solver = SOLVER
 
-    def __init__(self, model: Model, options: Options, watchers: Watchers) -> None:
+    def __init__(
+        self, model: Model, options: Options, watchers: Watchers, report: Reporter = lambda text: None
+    ) -> None:
         self._model, self._options, self._watchers = model, options, watchers
         self._began = time.perf_counter()
         self.name = "large zones" if large_zones(model) else "zones"
         self._continuum = zoned(model, options)
         stiffness = nominal_constants(model).stiffness[self._continuum.mesh.block]
         self._run = StageRun(self._continuum, stiffness, options.displacement_limit)
+        self._run.report = report
 
     def start(self) -> None:
         """Begin at the start."""

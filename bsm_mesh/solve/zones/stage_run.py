@@ -36,6 +36,7 @@ from bsm_mesh.solve.zones.unyielding import yielding_no_further
 from bsm_mesh.solve.zones.zones_state import Part, ZonesMemory, ZonesState
 
 if TYPE_CHECKING:
+    from bsm_mesh.solve.stages.scheme import Reporter
     from bsm_mesh.solve.zones.stages import Continuum
 
 PARTS = 4  # of the unbalanced force, one after the other, where all at once leads nowhere
@@ -48,6 +49,7 @@ class StageRun:
 
     def __init__(self, continuum: Continuum, stiffness: FloatArray, limit: float | None = None) -> None:
         self.of, self.stiffness, self.limit = continuum, stiffness, limit
+        self.report: Reporter = lambda text: None
         self.rock = RockStiffness(continuum.basis, stiffness)
         model, basis, joints = continuum.model, continuum.basis, continuum.joints
         water = pore_water(model, model.water, basis, joints)
