@@ -14,6 +14,7 @@ from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
 from bsm_mesh.modelfile.variation import Variation
+from bsm_mesh.results.movement import gave_way
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.solving import solve
@@ -125,11 +126,13 @@ def failed(why: str) -> dict[str, Any]:
 def told_of(results: Results) -> dict[str, Any]:
     """Return the row of a table for results: of their last stage."""
     stage, down = results.stages[-1], results.unstable_blocks
+    before_rest = [gave_way(results.blocks, each) for each in results.stages]
     return {
         "status": results.status.value,
         "stage": stage.name,
         "reason": stage.reason,
         "max_displacement": stage.max_displacement,
+        "moved_blocks": sum(fallen + far.size for fallen, far in before_rest),
         "unstable_blocks": len(down),
         unstable_bulk(results.blocks.bulk_name): float(results.blocks.moments.bulk[down].sum()),
         "steps": sum(len(each.steps) for each in results.stages),

@@ -14,14 +14,15 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.key_block_files import NET, PICTURE, RECORD, read_key_blocks
 from bsm_mesh.folder.own_files import read_json
 from bsm_mesh.folder.safety_files import ANSWER, MECHANISM, MOVEMENT, STATES
-from bsm_mesh.folder.study_folder import IDENTITY, STUDY, SUMMARY
+from bsm_mesh.folder.study_folder import IDENTITY, STUDY, SUMMARY, TABLE
 from bsm_mesh.modelfile.model_text import MODEL
 from bsm_mesh.pages.report_results import SPACE, input_tables, picture_data
 from bsm_mesh.safety.answer import FACTOR
+from bsm_mesh.studies.table import StudyTable
 from bsm_mesh.text.headings import PICTURES_FOLDER
 from bsm_mesh.text.key_block_text import key_block_lines, key_block_table, unstable_rows
 from bsm_mesh.text.safety_text import rows_of
-from bsm_mesh.text.study_tables import study_rows
+from bsm_mesh.text.study_tables import run_rows, study_rows
 
 BLOCK_THEORY = (
     "Block theory (Goodman and Shi 1985): blocks are rigid and translate; they do not rotate.",
@@ -145,11 +146,12 @@ def study_content(out: Path) -> dict[str, Any]:
         fields = tomllib.loads(text).get("report", {})
     except (AttributeError, LookupError, TypeError, ValueError, OSError) as error:
         raise ModelError(f"{out / SUMMARY} is damaged or missing; run bsm-mesh study again") from error
+    single = run_rows(StudyTable.read(out / TABLE))
     return {
         "title": told["title"],
         "heading": "",
         "fields": fields,
-        "study": {"tables": tables, "text": text},
+        "study": {"tables": [*tables, *([single] if single[2] else [])], "text": text},
         "pictures": [each for each in shown if each[0] != "model"],
         "overview": next((data for name, data in shown if name == "model"), ""),
     }

@@ -23,6 +23,13 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
     return np.flatnonzero(distances(stage.stage_displacement) > FAR * blocks.moments.size)
 
 
+def gave_way(blocks: Blocks, stage: StageResult) -> tuple[int, IntArray]:
+    """Return how many blocks that count fell in a stage that is stable, and those that moved far, (k,)."""
+    far = moved_far(blocks, stage)
+    fallen = sum(not fall.ignored for fall in stage.falls) if stage.status.is_stable else 0
+    return fallen, far[stage.counts[far]]
+
+
 def moved_beside(blocks: Blocks, stage: StageResult) -> IntArray:
     """Return the blocks that count and moved far as well when others fell and ended the run, (k,)."""
     if stage.status is not Status.UNSTABLE or not stage.unstable_blocks.size:
@@ -65,16 +72,15 @@ def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
         return f"{verdict}, {fall}: {share:.2g} % of the {blocks.bulk_name}"
     if not stage.status.is_stable:
         return verdict
-    fallen = sum(not fall.ignored for fall in stage.falls)
-    gave_way = [f"{counted(fallen, 'block')} fell"] if fallen else []
-    gave_way += [moved] if (moved := moved_in_words(blocks, stage)) else []
-    return ", after ".join([Status.STABLE.value, *([" and ".join(gave_way)] if gave_way else [])])
+    fallen, _ = gave_way(blocks, stage)
+    told = [f"{counted(fallen, 'block')} fell"] if fallen else []
+    told += [moved] if (moved := moved_in_words(blocks, stage)) else []
+    return ", after ".join([Status.STABLE.value, *([" and ".join(told)] if told else [])])
 
 
 def moved_in_words(blocks: Blocks, stage: StageResult) -> str:
     """Return how far blocks that count moved in a stage before they reached rest; empty: not far."""
-    far = moved_far(blocks, stage)
-    far = far[stage.counts[far]]
+    _, far = gave_way(blocks, stage)
     if not far.size:
         return ""
     moved = distances(stage.stage_displacement[far])

@@ -14,6 +14,7 @@ from bsm_mesh.studies.table import FAILED, StudyTable
 
 CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+SAME = 1e-6  # answers nearer than this part of them are one: runs of equal models differ by rounding
 FEWEST = 8  # runs for a correlation and for quarters of them
 STABLE, UNSTABLE, UNDECIDED = ("stable", "stable_after_falls"), ("unstable",), ("not_converged", "no_verdict")
 UNIT = {"max_displacement": "m"}
@@ -29,6 +30,9 @@ class Failure:
     runs, stable, moved_far, unstable, undecided, failed : int
         Numbers of runs: all, stable, at rest beyond the limit of movement, unstable, without a verdict within their
         steps, and with a fault.
+    gave_way : int
+        Stable runs in which blocks fell, or moved by more than a tenth of their size before they reached rest; 0 with
+        a limit of movement, which then decides.
     share : float or None
         Runs that moved too far or are unstable, over those with a verdict; None where there are none.
     interval : pair of float or None
@@ -45,6 +49,7 @@ class Failure:
     unstable: int
     undecided: int
     failed: int
+    gave_way: int
     share: float | None
     interval: tuple[float, float] | None
     bounds: tuple[float, float]
@@ -87,7 +92,9 @@ class Extremes:
     least, greatest : float
         Of these.
     least_at, greatest_at : mapping of str to str
-        Values of the keys there, with their units.
+        Values of the keys there, with their units: of the first run with the answer.
+    least_runs, greatest_runs : int
+        How many runs have it.
     """
 
     answer: str
@@ -96,6 +103,8 @@ class Extremes:
     least_at: Mapping[str, str]
     greatest: float
     greatest_at: Mapping[str, str]
+    least_runs: int
+    greatest_runs: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,6 +152,12 @@ def _moved_far(table: StudyTable) -> BoolArray:
     return far
 
 
+def _gave_way(table: StudyTable) -> int:
+    if MOVEMENT_LIMIT in table.metadata or "moved_blocks" not in table.columns:
+        return 0
+    return int((table.has_status(*STABLE) & (table.numbers("moved_blocks") > 0)).sum())
+
+
 def failure_of(table: StudyTable, *, drawn: bool) -> Failure:
     """Return how often the runs of a study fail; `drawn` says whether they are a sample of chance."""
     stable, failing, n = int(stands(table).sum()), int(fails(table).sum()), table.count
@@ -155,6 +170,7 @@ def failure_of(table: StudyTable, *, drawn: bool) -> Failure:
         unstable=failing - moved_far,
         undecided=n - decided - failed,
         failed=failed,
+        gave_way=_gave_way(table),
         share=failing / decided if decided else None,
         interval=_interval(failing, decided) if drawn and decided else None,
         bounds=(failing / n, (n - stable) / n),
@@ -205,14 +221,17 @@ def spread_of(table: StudyTable, answer: str) -> Spread:
 def extremes_of(table: StudyTable, answer: str) -> Extremes:
     """Return the least and the greatest value of an answer, and the values of the keys that give them."""
     values = answers_of(table)[answer]
-    least, greatest = int(np.nanargmin(values)), int(np.nanargmax(values))
+    least, greatest = float(np.nanmin(values)), float(np.nanmax(values))
+    lows, highs = (np.flatnonzero(np.isclose(values, end, rtol=SAME, atol=0)) for end in (least, greatest))
     return Extremes(
         answer=answer,
         runs=int(np.isfinite(values).sum()),
-        least=float(values[least]),
-        least_at=table.given_to(least),
-        greatest=float(values[greatest]),
-        greatest_at=table.given_to(greatest),
+        least=least,
+        least_at=table.given_to(int(lows[0])),
+        greatest=greatest,
+        greatest_at=table.given_to(int(highs[0])),
+        least_runs=lows.size,
+        greatest_runs=highs.size,
     )
 
 

@@ -23,6 +23,7 @@ ANSWERS: dict[str, Kind] = {
     "stage": "string",
     "reason": "string",
     "max_displacement": "float64",
+    "moved_blocks": "int64",  # that fell, or moved by more than a tenth of their size before they reached rest
     "unstable_blocks": "int64",
     "unstable_area": "float64",  # in the plane
     "unstable_volume": "float64",  # in space

@@ -6,12 +6,16 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from bsm_mesh.errors import counted
 from bsm_mesh.studies.statistics import UNIT, failure_of
 from bsm_mesh.studies.table import StudyTable
 from bsm_mesh.text.tables import engineering, print_table
 from bsm_mesh.text.terminal import say
 
+MAX_RUNS = 50  # in a table of single runs
+GAVE_WAY = "of these after blocks fell or moved by more than a tenth of their size (movement_limit makes them failures)"
 MOST_ERRORS = 5  # different ones that are shown
 SHOWN_QUANTILES = ("5 %", "50 %", "95 %")
 NAMES = {"failure": "share that fails", "factor": "factor of safety", "max_displacement": "greatest displacement"}
@@ -21,9 +25,11 @@ Rows = list[tuple[str, ...]]
 
 
 def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
-    """Print the summary of a study."""
-    for title, header, rows in study_rows(summary):
-        print_table(title, header, rows)
+    """Print the summary of a study; of chosen values, which are no sample, the single runs too."""
+    chosen = any("least" in told for told in summary["answers"])
+    for title, header, rows in [*study_rows(summary), *([run_rows(table)] if chosen else [])]:
+        if rows:
+            print_table(title, header, rows)
     errors = Counter(error for error in table.columns["error"] if error)
     for error, number in errors.most_common(MOST_ERRORS):
         say(f"{counted(number, 'run')} crashed: {error}")
@@ -70,7 +76,8 @@ def _extremes(answers: Iterable[Mapping[str, Any]]) -> list[tuple[str, tuple[str
         (
             f"{end} {NAMES[told['answer']].removeprefix('greatest ')}",
             _shown(told[end], told["answer"]),
-            ", ".join(f"{key} = {value}" for key, value in told[f"{end}_at"].items()),
+            ", ".join(f"{key} = {value}" for key, value in told[f"{end}_at"].items())
+            + _more(told.get(f"{end}_runs", 1) - 1),
         )
         for told in answers
         if "least" in told
@@ -79,10 +86,32 @@ def _extremes(answers: Iterable[Mapping[str, Any]]) -> list[tuple[str, tuple[str
     return [("Answers (chosen values are no sample: no mean, no probability)", ("", "", "at"), rows)] if rows else []
 
 
+def _more(runs: int) -> str:
+    return f", and {counted(runs, 'more run')}" if runs else ""
+
+
+def run_rows(table: StudyTable) -> tuple[str, tuple[str, ...], Rows]:
+    """Return the table of single runs: title, header and rows; none where there are too many to read."""
+    told = [name for name in ("factor", "max_displacement") if name in table.columns]
+    answers = [name for name in told if np.isfinite(table.numbers(name)).any()]
+    header = ("run", *table.keys, "verdict", *(NAMES[name] for name in answers))
+    rows: Rows = [
+        (
+            str(run),
+            *table.given_to(row).values(),
+            str(table.columns["status"][row]).replace("_", " "),
+            *(_shown(value, name) if (value := table.columns[name][row]) is not None else "-" for name in answers),
+        )
+        for row, run in enumerate(table.columns["run"][: MAX_RUNS + 1])
+    ]
+    return "Runs", header, rows if len(rows) <= MAX_RUNS else []
+
+
 def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
         ("runs", str(told["runs"])),
         ("stable", str(told["stable"])),
+        *([(GAVE_WAY, str(told["gave_way"]))] if told.get("gave_way") else []),
         *([("stable, but moved too far", str(told["moved_far"]))] if told["moved_far"] else []),
         ("unstable", str(told["unstable"])),
         ("undecided", str(told["undecided"])),

@@ -353,6 +353,7 @@ def test_a_study_has_a_report(tmp_path):
     assert "<h1>Weights</h1>" in page
     assert "Road &lt;7&gt;" in page
     assert "<tr><td>runs</td><td>2</td></tr>" in page
+    assert "<tr><td>1</td><td>27000 N/m^3</td><td>stable</td>" in page
     assert page.count("data:image/png") == len(done.pictures)
     (done.folder / "summary.json").write_text("{}")
     assert "run bsm-mesh study again" in str(report(done.folder)[0].exception)

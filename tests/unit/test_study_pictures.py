@@ -14,7 +14,7 @@ from bsm_mesh.pictures.figures import paper
 from bsm_mesh.pictures.study_pictures import _draw_values, draw_study
 from bsm_mesh.studies.statistics import summary_of
 from bsm_mesh.studies.table import UNITS, StudyTable
-from bsm_mesh.text.study_tables import study_rows
+from bsm_mesh.text.study_tables import run_rows, study_rows
 from tests.scenes.shapes import grid
 from tests.unit.test_study_statistics import table_of
 
@@ -76,9 +76,19 @@ def test_a_grid_names_the_values_of_its_least_and_greatest_answers_and_no_statis
         ("least factor of safety", "0.9", "friction = 24 degrees"),
         ("greatest factor of safety", "1.6", "friction = 36 degrees"),
     ]
+    _, header, rows = run_rows(table)
+    assert header == ("run", "friction", "verdict", "factor of safety")
+    assert rows[1] == ("1", "24 degrees", "stable", "0.9")
     drawn = study_rows({"title": "", **summary_of(table, drawn=True)})
     assert "mean" in drawn[1][1]
     assert [name for name, *_ in drawn[0][2] if "probability of failure" in name]
+
+
+def test_answers_that_differ_by_rounding_are_one_extreme() -> None:
+    answers = [{"status": "stable", "factor": 1.2 * (1 + off)} for off in (0.0, -1e-10, 2e-10)]
+    table = table_of([*answers, {"status": "stable", "factor": 1.5}], factor=True, spacing=[1.0, 2.0, 3.0, 4.0])
+    (_, _, least), *_ = study_rows({"title": "", **summary_of(table, drawn=False)})[1][2]
+    assert least == "spacing = 1, and 2 more runs"
 
 
 def test_axes_of_keys_have_units() -> None:

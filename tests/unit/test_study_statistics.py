@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from bsm_mesh.studies.journal import Journal
 from bsm_mesh.studies.sampling import Plan
 from bsm_mesh.studies.statistics import effects_on, failure_of, main_answer, spread_of, summary_of
 from bsm_mesh.studies.table import StudyTable, make_table
+from bsm_mesh.text.study_tables import GAVE_WAY, study_rows
 
 
 def table_of(rows: list[dict[str, Any]], factor: bool = False, **keys: list[Any]) -> StudyTable:
@@ -40,6 +42,16 @@ def test_a_run_that_comes_to_rest_beyond_the_limit_fails() -> None:
     told = failure_of(limited, drawn=False)
     assert (told.stable, told.moved_far, told.unstable, told.share) == (1, 2, 0, 2 / 3)
     assert main_answer(limited) == "failure"
+
+
+def test_stable_runs_in_which_blocks_gave_way_are_counted() -> None:
+    """A slide of 13 m that ends on the road is at rest, and must not be read as a slope that never moved."""
+    rows = [{"status": status, "moved_blocks": n} for status, n in [("stable", 0), ("stable", 4), ("unstable", 2)]]
+    told = summary_of(table_of(rows), drawn=True)
+    assert (told["failure"]["stable"], told["failure"]["gave_way"]) == (2, 1)
+    assert (GAVE_WAY, "1") in study_rows({"title": "", **told})[0][2]
+    limited = replace(table_of(rows), metadata={"movement_limit": "0.1"})
+    assert failure_of(limited, drawn=True).gave_way == 0
 
 
 def test_the_interval_is_clopper_and_pearsons() -> None:
