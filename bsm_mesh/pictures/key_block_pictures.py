@@ -18,17 +18,18 @@ from bsm_mesh.pictures.space_sheet import ARROW, draw_directions
 from bsm_mesh.pictures.surfaces import Sides
 from bsm_mesh.reading import as_path
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
-from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, STAYS
+from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, NOT_JUDGED, STAYS
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 
 KINDS = (  # label and colour
+    ("not judged: reaches a side", "#f4f4f4"),
     ("not removable", "#d9d9d9"),
     ("removable, stays", "#b9cfe4"),
     ("slides above the required factor", "#f2d16b"),
     ("slides below the required factor", "#ee8a33"),
     ("falls", "#c5281c"),
 )
-UNSTABLE = 3  # the first kind that is
+UNSTABLE = 4  # the first kind that is
 EDGE, DPI, SIZE, MARGIN = "#555555", 110, (9.0, 7.0), 0.02
 MAX_NAMED = 12  # blocks: more names hide each other
 
@@ -105,7 +106,8 @@ def draw_key_blocks(
 def _kinds(found: KeyBlocks) -> IntArray:
     """Return the number in `KINDS` of every block at a free face."""
     slides = np.where(found.round > 0, UNSTABLE, UNSTABLE - 1)
-    kinds: IntArray = np.select([found.mode == HELD, found.mode == STAYS, found.mode == FALLS], [0, 1, 4], slides)
+    modes = (NOT_JUDGED, HELD, STAYS, FALLS)
+    kinds: IntArray = np.select([found.mode == mode for mode in modes], [0, 1, 2, len(KINDS) - 1], slides)
     return kinds
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import counted
 from bsm_mesh.text.tables import engineering
-from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, MODES, ONE
+from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, MODES, NOT_JUDGED, ONE
 
 HEADER = ("block", "movement", "factor", "m3", "weight", "support")
 ROUND = 2  # where its column goes in a header
@@ -69,6 +69,8 @@ def _movement(columns: Columns, k: int) -> str:
     mode = MODES.index(columns["mode"][k])
     if mode in (HELD, FALLS):
         return MODES[mode]
+    if mode == NOT_JUDGED:
+        return f"{MODES[mode]}: reaches a side"
     if mode < ONE:
         return f"removable, {MODES[mode]}"
     planes = [columns[name][k] or "rock" for name in ("joint_1", "joint_2")[: mode - FALLS]]

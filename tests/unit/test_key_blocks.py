@@ -89,6 +89,7 @@ def test_a_wedge_in_a_slope_has_the_factor_of_hoek_and_bray(name):
     assert sorted(found.joints[row].tolist()) == [0, 1]
     assert found.held.sum() == 3
     assert not found.removable[found.held].any()
+    assert {found.modes[row] for row in np.flatnonzero(found.held)} == {"not judged"}
 
 
 def test_wyllie_and_mahs_chart():

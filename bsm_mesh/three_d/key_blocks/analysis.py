@@ -19,7 +19,7 @@ from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polygons import sums
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.key_blocks.installed import pulls_of
-from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, ONE, TWO, Movement, movements, removable
+from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, NOT_JUDGED, ONE, TWO, Movement, movements, removable
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.key_blocks.walls import Planes, Wall, planes_of, wall_of
 
@@ -233,7 +233,7 @@ def _analysed(given: _Given, wall: Wall, planes: Planes, pull: FloatArray, requi
     sliver[blocks.slivers] = True
     return KeyBlocks(
         block=wall.block,
-        mode=movement.mode,
+        mode=np.where(wall.held, NOT_JUDGED, movement.mode).astype(np.int8),
         held=wall.held,
         round=np.where(bolted < required * (1 - ROUNDING), number, 0).astype(np.int32),
         factor=factor,

@@ -15,8 +15,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 PARALLEL = 1e-6  # rad: planes that differ by less are parallel
 CHUNK = 2_000_000  # numbers in an array of directions by planes
-HELD, STAYS, FALLS, ONE, TWO = range(5)
-MODES = ("not removable", "stays", "falls", "slides on one plane", "slides on two planes")
+HELD, STAYS, FALLS, ONE, TWO, NOT_JUDGED = range(6)  # the last: it reaches a side, and the rock beyond is unknown
+MODES = ("not removable", "stays", "falls", "slides on one plane", "slides on two planes", "not judged")
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -13,7 +13,7 @@ from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray, show_only
 from bsm_mesh.errors import counted
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.tables import ResultTable
-from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, MODES
+from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, MODES, NOT_JUDGED
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
@@ -25,9 +25,9 @@ class KeyBlocks:
     block : (n,) int32
         Number of the block.
     mode : (n,) int8
-        Number in `modes`: not removable, stays, falls, slides on one plane, slides on two planes.
+        Number in `modes`: not removable, stays, falls, slides on one plane, slides on two planes, not judged.
     held : (n,) bool
-        Whether it reaches the surface of the body beyond the free faces; such a block is not removable.
+        Whether it reaches the surface of the body beyond the free faces; such a block is not judged.
     round : (n,) int32
         In which round it falls or slides below the required factor, with its bolts; 0 where it does not.
     factor : (n,) float64
@@ -95,7 +95,7 @@ class KeyBlocks:
     @property
     def removable(self) -> BoolArray:
         """Which blocks can leave."""
-        can: BoolArray = self.mode != HELD
+        can: BoolArray = (self.mode != HELD) & (self.mode != NOT_JUDGED)
         return can
 
     @property
