@@ -25,7 +25,7 @@ from bsm_mesh.model.quantities import GRAVITY_PART, STRENGTH_FACTOR, STRESS_RATI
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import Fixed, unit_vector
-from bsm_mesh.model.unused import unused_in, used_joints, used_rocks
+from bsm_mesh.model.unused import of_single_bolts, unused_in, used_joints, used_rocks
 from bsm_mesh.model.water import Water
 
 SIDEWAYS = 0.5  # of gravity, upwards: more than 60 degrees off is most likely another unit, or a sign
@@ -56,6 +56,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_size(model),
         *of_what_is_held(model),
         *unused_in(model),
+        *of_single_bolts(model),
         *of_weights(rocks),
         *(_of_unlimited(model, rocks, joints) if fails else ()),
         *of_strength(rocks, joints),

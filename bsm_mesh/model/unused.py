@@ -63,6 +63,12 @@ def in_single_blocks(model: Model, bolts: Sequence[int]) -> str:
     return f"{counted(len(bolts), 'bolt')} {each} nothing ({named})"
 
 
+def of_single_bolts(model: Model) -> Iterator[str]:
+    """Say which bolts lie in a single block each."""
+    if (alone := np.flatnonzero(unused_bolts(model))).size:
+        yield in_single_blocks(model, alone.tolist())
+
+
 def _dry_tables(model: Model) -> Iterator[str]:
     """Say which water tables lie below all blocks; that of a stage may where there was water before."""
     low = model.blocks.vertices[:, 1].min()

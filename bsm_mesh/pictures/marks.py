@@ -285,10 +285,14 @@ def add_bolts(sheet: Sheet) -> None:
 
 
 def add_heads(sheet: Sheet) -> None:
-    """Draw the heads of the bolts as dots."""
+    """Draw the heads of the bolts as dots, and bolts that lie in a single block as crosses."""
     bolts = sheet.scene.stage.bolts
-    heads = bolts.original[bolts.node_start[:-1]][bolts.status != BoltStatus.ABSENT]
-    sheet.axes.plot(*sheet.scene.flat(heads).T, linestyle="none", marker="o", markersize=4, color=TEXT, zorder=5)
+    place, of_alone = sheet.scene.flat(bolts.original[bolts.node_start[:-1]]), {"marker": "x", "color": TEXT}
+    heads = (bolts.status != BoltStatus.ABSENT) & ~bolts.alone
+    sheet.axes.plot(*place[heads].T, linestyle="none", marker="o", markersize=4, color=TEXT, zorder=5)
+    if bolts.alone.any():
+        sheet.axes.plot(*place[bolts.alone].T, linestyle="none", markersize=5, zorder=5, **of_alone)
+        sheet.explain("bolt in a single block, without effect", linestyle="none", markersize=5, **of_alone)
 
 
 def bolt_lines(scene: Scene) -> tuple[FloatArray, IntArray]:

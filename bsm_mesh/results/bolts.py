@@ -132,6 +132,17 @@ class BoltForces(Portable):
         return len(self.node_start) - 1
 
     @property
+    def alone(self) -> BoolArray:
+        """Which bolts lie in a single block, and carry nothing, (n_bolts,)."""
+        return np.diff(self.node_start) == 1
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """State of every bolt in words."""
+        named = zip(self.status.tolist(), self.alone.tolist(), strict=True)
+        return tuple("in a single block" if alone else BoltStatus(k).name.lower() for k, alone in named)
+
+    @property
     def first_node(self) -> IntArray:
         """First node of every element; the second is the next one."""
         inner = np.ones(len(self.block), dtype=bool)

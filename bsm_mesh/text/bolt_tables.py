@@ -21,11 +21,10 @@ def bolt_table(bolts: BoltForces) -> list[tuple[str, ...]]:
     greatest, head, pressure = bolts.greatest_force, bolts.head_force, bolts.support_pressure
     rows: list[tuple[str, ...]] = []
     for k, name in enumerate(bolts.names):
-        status = BoltStatus(int(bolts.status[k]))
         numbers = ("-", "-", "-", "-")
-        if status != BoltStatus.ABSENT:
+        if bolts.status[k] != BoltStatus.ABSENT and not bolts.alone[k]:
             on_wall = "-" if np.isnan(pressure[k]) else engineering(float(pressure[k]), "Pa")
             most, at_head = (engineering(float(force[k]), "N") for force in (greatest, head))
             numbers = (most, used[k], at_head, on_wall)
-        rows.append((name, status.name.lower(), *numbers))
+        rows.append((name, bolts.states[k], *numbers))
     return rows

@@ -125,13 +125,15 @@ def _bolt_counts(bolts: BoltForces) -> str:
     used = np.zeros(bolts.count)
     np.maximum.at(used, bolts.bolt, bolts.utilisation)
     for status in BoltStatus:
-        mine = np.flatnonzero(bolts.status == status)
+        mine = np.flatnonzero((bolts.status == status) & ~bolts.alone)
         limited = status in (BoltStatus.SLIPPING, BoltStatus.YIELDING)
         named = mine if limited else mine[used[mine] >= AT_STRENGTH]  # slipped, and rests just below its strength
         names = ", ".join(bolts.names[k] for k in named[:6]) + (", ..." if len(named) > 6 else "")
         if mine.size:
             within = "" if limited else "within 1 % of their strength: "
             told.append(f"{len(mine)} {status.name.lower()}" + (f" ({within}{names})" if named.size else ""))
+    if bolts.alone.any():
+        told.append(f"{int(bolts.alone.sum())} in a single block, without effect")
     return ", ".join(told)
 
 

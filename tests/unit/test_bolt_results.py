@@ -112,6 +112,8 @@ def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     outcome = case.run("run", "model.toml", "-q")
     assert outcome.code == 0, outcome.err
     assert "slipping (weak)" in outcome.out
+    assert "1 in a single block, without effect" in " ".join(outcome.out.split())
+    assert "1 bolt lies in a single block and carries nothing (bolt 2" in outcome.out
     assert "bolts.pvd, bolts.csv" in outcome.out
     told = json.loads((case.folder / "out/model/summary.json").read_text())["stages"][0]["bolts"]
     assert [bolt["status"] for bolt in told] == ["slipping", "slack"]
@@ -121,6 +123,7 @@ def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     page = (case.folder / "out/model/report.html").read_text(encoding="utf-8")
     assert "<summary>Bolts: 2</summary>" in page
     assert "<td>weak</td><td>slipping</td>" in page
+    assert "<td>in a single block</td><td>-</td>" in page
 
 
 @pytest.mark.slow

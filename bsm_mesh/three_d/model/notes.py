@@ -21,7 +21,7 @@ from bsm_mesh.model.notes import (
     of_weights,
     of_what_is_held,
 )
-from bsm_mesh.model.unused import used_rocks
+from bsm_mesh.model.unused import of_single_bolts, used_rocks
 
 if TYPE_CHECKING:
     from bsm_mesh.model.materials import Joint
@@ -40,6 +40,7 @@ def notes_in_space(model: Model) -> list[str]:
         *of_strength(rocks, joints),
         *of_idle_rocks(model, rocks),
         *of_bolts(model),
+        *of_single_bolts(model),
         *of_unusual(model, rocks, joints),
         *of_faint_strength(model, rocks, joints),
         *_of_water(model),
