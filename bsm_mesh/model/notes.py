@@ -17,10 +17,11 @@ from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.flow import Flow, FlowChange
 from bsm_mesh.model.joint_laws import MohrCoulomb
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.loads import InSituTraction, Load
+from bsm_mesh.model.loads import Load
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
+from bsm_mesh.model.overburden import of_overburden
 from bsm_mesh.model.quantities import GRAVITY_PART, STRENGTH_FACTOR, STRESS_RATIO, quantities_of
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.stages import presence
@@ -64,6 +65,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_unusual(model, rocks, joints),
         *of_faint_strength(model, rocks, joints),
         *_of_ground(model),
+        *of_overburden(model),
         *_of_field_and_weights(model),
         *_of_levels(model),
         *of_water_on_excavations(model),
@@ -278,17 +280,6 @@ def _of_ground(model: Model) -> Iterator[str]:
         where = "upwards" if up > SIDEWAYS else "sideways"
         yield f"gravity pulls {where}: its direction is {model.gravity_direction:g} degrees (-90 is down)"
     low, high = model.blocks.vertices[:, 1].min(), model.blocks.vertices[:, 1].max()
-    if model.in_situ is not None and model.in_situ.surface is not None:
-        level = model.in_situ.level(model.blocks.moments.centroid[:, 0])
-        above = int((model.blocks.moments.centroid[:, 1] > level).sum())
-        if above:
-            yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start"
-        borne = any(isinstance(load, InSituTraction) for load in model.loads)
-        if level.min() > high + (high - low) and not borne:
-            yield (
-                f"in_situ: the surface lies {level.min() - high:.6g} m above the top of the model (y = {high:.6g} m): "
-                "the ground between weighs on the field, and on the model only as a load (in_situ = true)"
-            )
     for place, water in _waters(model):
         lowest = min((y for table in water.table for _, y in table), default=-math.inf)
         if lowest > high + (high - low):

@@ -123,7 +123,7 @@ def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     page = (case.folder / "out/model/report.html").read_text(encoding="utf-8")
     assert "<summary>Bolts: 2</summary>" in page
     assert "<td>weak</td><td>slipping</td>" in page
-    assert "<td>in a single block</td><td>-</td>" in page
+    assert '<td>in a single block</td><td class="number">-</td>' in page
 
 
 @pytest.mark.slow

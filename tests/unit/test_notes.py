@@ -159,8 +159,14 @@ def test_strength_is_small_beside_the_weight_of_blocks() -> None:
             {"loads": [bsm.EarthPressure(boundary="left", surface=2.0, state="active", unit_weight=20, friction=30)]},
             "load 1 (EarthPressure): unit_weight = 20 N/m^3 is unusual (5000 to 50000 N/m^3 is usual)",
         ),
-        ({"in_situ": bsm.InSitu(surface=1.4)}, "in_situ: 2 blocks above the surface: without stress at the start"),
-        ({"in_situ": bsm.InSitu(surface=900.0)}, "the surface lies 898 m above the top of the model (y = 2 m)"),
+        (
+            {"in_situ": bsm.InSitu(surface=1.4)},
+            "2 blocks above the surface: without stress at the start; surface may be the line",
+        ),
+        (
+            {"in_situ": bsm.InSitu(surface=900.0)},
+            "surface lies 898 m above the top of the model on average, and nothing loads",
+        ),
         ({"in_situ": bsm.InSitu(surface=2.0, k0=15)}, "in_situ: k0 = 15 is unusual (0 to 5 is usual)"),
         (
             {"bolts": [bsm.Bolt(start=(0.5, 1.8), end=(0.5, 0.2), diameter=0.4, yield_strength=500e6)]},
@@ -181,6 +187,17 @@ def test_ground_above_the_model_that_a_load_stands_for_is_no_slip() -> None:
     deep = PLAIN.replace(in_situ=bsm.InSitu(surface=900.0))
     assert len(notes_of(deep)) == 1
     assert notes_of(deep.replace(loads=[bsm.InSituTraction(boundary="top")])) == []
+    assert notes_of(deep.replace(supports=[bsm.Fixed(boundary="bottom"), bsm.Fixed(boundary="top")])) == []
+
+
+def test_ground_above_the_model_is_told_from_a_twentieth_of_its_height() -> None:
+    """One that is as deep as it is high was a slip without a note; a slope below its crest has no ground above it."""
+    assert notes_of(PLAIN.replace(in_situ=bsm.InSitu(surface=2.09))) == []
+    (note,) = notes_of(PLAIN.replace(in_situ=bsm.InSitu(surface=3.0)))
+    assert '[[load]] boundary = "top", in_situ = true' in note
+    stairs = bsm.Blocks.from_polygons([*grid(2, 1), [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="rock")
+    ground = bsm.InSitu(surface=[(0, 1), (1, 1), (1.001, 2), (2, 2)])
+    assert notes_of(PLAIN.replace(blocks=framed(stairs, 2, 2), in_situ=ground)) == []
 
 
 def test_a_field_out_of_balance_with_the_weights() -> None:

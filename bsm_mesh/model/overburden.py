@@ -1,0 +1,63 @@
+"""Ground between the in-situ surface and the top of a model: the field counts its weight, the model does not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bsm_mesh.arrays import IntArray
+from bsm_mesh.errors import counted
+from bsm_mesh.model.locate import pairs_at
+from bsm_mesh.model.model import Model
+
+LEAST = 0.05  # of the model's height, on average along its top: less ground is worth no note
+
+
+def of_overburden(model: Model) -> Iterator[str]:
+    """Say how many blocks lie above the surface, and how much ground lies over a top that nothing loads or holds."""
+    field, blocks = model.in_situ, model.blocks
+    if field is None or field.surface is None:
+        return
+    above = int((blocks.moments.centroid[:, 1] > field.level(blocks.moments.centroid[:, 0])).sum())
+    if above:
+        line = "" if isinstance(field.surface, tuple) else "; surface may be the line of the ground, [[x, y], ...]"
+        yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start{line}"
+    edges = _top(model)
+    start, end = blocks.vertices[edges], blocks.vertices[blocks.following[edges]]
+    width, (x, y) = start[:, 0] - end[:, 0], ((start + end) / 2).T
+    given = [part.boundary for part in (*model.supports, *model.loads) if getattr(part, "boundary", None)]
+    taken = [blocks.boundary_edges(name) for name in given if name in blocks.boundaries]
+    held = [np.array(part.blocks) for part in model.supports if getattr(part, "blocks", None)]
+    bare = ~np.isin(edges, np.concatenate([edges[:0], *taken])) & ~np.isin(
+        blocks.owner[edges], np.concatenate([edges[:0], *held])
+    )
+    if not bare.any():
+        return
+    ground = float(np.maximum(field.level(x) - y, 0)[bare] @ width[bare] / width[bare].sum())
+    if ground > LEAST * float(np.ptp(blocks.vertices[:, 1])):
+        names = [name for name, own in blocks.boundaries.items() if np.isin(edges[bare], own).any()]
+        yield (
+            f"in_situ: the surface lies {ground:.4g} m above the top of the model on average, and nothing loads that "
+            "top: the stress at the start has the weight of this ground, the model has not. Give "
+            f'[[load]] boundary = "{names[0] if names else "top"}", in_situ = true '
+            "(in Python bsm.InSituTraction), or lower the surface"
+        )
+
+
+def _top(model: Model) -> IntArray:
+    """Return the outer edges that face up with no other block above them."""
+    blocks = model.blocks
+    edges = blocks.outer_edges
+    start, end = blocks.vertices[edges], blocks.vertices[blocks.following[edges]]
+    up = start[:, 0] > end[:, 0]  # corners go counter-clockwise
+    edges, start, end = edges[up], start[up], end[up]
+    height = float(np.ptp(blocks.vertices[:, 1]))
+    rows, _ = pairs_at(blocks, (start + end) / 2 + np.array([0.0, 1e-6 * height]))
+    free = ~np.isin(np.arange(len(edges)), rows)
+    edges, start, end = edges[free], start[free], end[free]
+    x, y = ((start + end) / 2).T
+    spans = (end[None, :, 0] < x[:, None]) & (x[:, None] < start[None, :, 0])
+    higher = spans & ((start[:, 1] + end[:, 1])[None, :] / 2 > y[:, None] + 1e-9 * height)
+    top: IntArray = edges[~higher.any(axis=1)]
+    return top
