@@ -39,7 +39,7 @@ def of_overburden(model: Model) -> Iterator[str]:
         names = [name for name, own in blocks.boundaries.items() if np.isin(edges[bare], own).any()]
         yield (
             f"in_situ: the surface lies {ground:.4g} m above the top of the model on average, and nothing loads that "
-            "top: the stress at the start has the weight of this ground, the model has not. Give "
+            "top. The stress at the start has the weight of this ground, the model has not: give "
             f'[[load]] boundary = "{names[0] if names else "top"}", in_situ = true '
             "(in Python bsm.InSituTraction), or lower the surface"
         )

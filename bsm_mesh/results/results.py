@@ -125,15 +125,20 @@ class Results:
         )
         down = f"; {numbered('block', stage.unstable_blocks)} unstable" if stage.unstable_blocks.size else ""
         verdict = verdict_in_words(self.blocks, stage) if self.finished else self.status.value
+        span = self.blocks.span
+        greatest = f"{stage.max_displacement:.3g}" if stage.max_displacement <= span else f"over {span:.3g}"
         lines = [f"{title}: {verdict} ({stage.reason})"]
         lines += [f"earlier stages: {earlier}"] if earlier else []
-        return "\n".join(
-            [
-                *lines,
-                f"{named_stage(stage.name)}: {counted(int(stage.present.sum()), 'block')}, "
-                f"greatest displacement {stage.max_displacement:.3g} m{down}",
-            ]
-        )
+        there = counted(int(stage.present.sum()), "block")
+        lines.append(f"{named_stage(stage.name)}: {there}, greatest displacement {greatest} m{down}")
+        lines += [f"not computed: {shortened(', '.join(self.not_computed))}"] if self.not_computed else []
+        return "\n".join(lines)
+
+    @property
+    def not_computed(self) -> tuple[str, ...]:
+        """Names of the model's stages behind the last one of the results."""
+        given = () if self.model is None else self.model.stages
+        return tuple(stage.name for stage in given[len(self.stages) - 1 :])
 
     @property
     def has_small_displacements(self) -> bool:

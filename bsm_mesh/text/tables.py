@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
+from bsm_mesh.model.kinds import AnyBlocks
 from bsm_mesh.movements import distances, lengths, translations
 from bsm_mesh.results.bolts import BoltForces, BoltLimit, BoltStatus
 from bsm_mesh.results.joint_faces import AT_STRENGTH
@@ -152,8 +153,8 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     ]
     if stage.unstable_blocks.size:
         rows.append(("falls", falling(results, stage)))
-    if stage is results.stages[-1] and (missing := stages_not_computed(results)):
-        rows.append(("stages not computed", missing))
+    if stage is results.stages[-1] and results.not_computed:
+        rows.append(("stages not computed", ", ".join(results.not_computed)))
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
         ("greatest displacement", _greatest_displacement(results, stage)),
@@ -170,12 +171,6 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
     rows.append(("time of the solution", f"{stage.seconds:.3g} s"))
     return rows + (_solution_rows(results, stage) if verbose else [])
-
-
-def stages_not_computed(results: Results) -> str:
-    """Return the names of the model's stages behind the last one of the results, or nothing."""
-    names = [] if results.model is None else [stage.name for stage in results.model.stages]
-    return ", ".join(names[len(results.stages) - 1 :])
 
 
 def falling(results: Results, stage: StageResult) -> str:
@@ -195,6 +190,11 @@ def _weights(results: Results, stage: StageResult) -> FloatArray:
     if stage.evidence is not None:
         return lengths(stage.evidence.weight)
     return np.zeros(results.blocks.count) if results.model is None else results.model.weights
+
+
+def displaced(moved: float, blocks: AnyBlocks) -> str:
+    """Return a displacement [m] in words: beyond the size of the model it belongs to a fall, and has no meaning."""
+    return engineering(moved, "m") if moved <= blocks.span else f"over {engineering(blocks.span, 'm')}"
 
 
 def _greatest_displacement(results: Results, stage: StageResult) -> str:
@@ -253,7 +253,7 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
             f"{bulk[block]:.3g} {blocks.bulk_unit}",
             engineering(float(weight[block]), blocks.force_unit),
             f"{100 * bulk[block] / whole:.2g} %",
-            engineering(float(moved[block]), "m"),
+            displaced(float(moved[block]), blocks),
         )
         for block in down[:MOST_DOWN].tolist()
     ]
@@ -307,8 +307,8 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
             stage.name,
             verdict_in_words(results.blocks, stage),
             str(int(stage.present.sum())),
-            engineering(stage.max_stage_displacement, "m"),
-            engineering(stage.max_displacement, "m"),
+            displaced(stage.max_stage_displacement, results.blocks),
+            displaced(stage.max_displacement, results.blocks),
         )
         for stage in results.stages
     ]
@@ -339,7 +339,7 @@ def joint_rows(results: Results, stage: StageResult | None = None) -> list[tuple
             percent(one.slipping),
             percent(one.open),
             engineering(one.pressure, "Pa"),
-            engineering(one.greatest_slip if one.greatest_slip > ROUNDING else 0.0, "m"),
+            displaced(one.greatest_slip if one.greatest_slip > ROUNDING else 0.0, results.blocks),
         )
         for one in sets
     ]
