@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -26,21 +27,20 @@ def of_overburden(model: Model) -> Iterator[str]:
     edges = _top(model)
     start, end = blocks.vertices[edges], blocks.vertices[blocks.following[edges]]
     width, (x, y) = start[:, 0] - end[:, 0], ((start + end) / 2).T
-    given = [part.boundary for part in (*model.supports, *model.loads) if getattr(part, "boundary", None)]
-    taken = [blocks.boundary_edges(name) for name in given if name in blocks.boundaries]
-    held = [np.array(part.blocks) for part in model.supports if getattr(part, "blocks", None)]
-    bare = ~np.isin(edges, np.concatenate([edges[:0], *taken])) & ~np.isin(
-        blocks.owner[edges], np.concatenate([edges[:0], *held])
-    )
+    given: list[Any] = [*model.supports, *model.loads]
+    names = set(blocks.boundaries) & {getattr(part, "boundary", None) for part in given}
+    held = [np.array(getattr(part, "blocks", None) or (), dtype=np.int32) for part in model.supports]
+    taken = np.concatenate([edges[:0], *(blocks.boundary_edges(name) for name in names)])
+    bare = ~np.isin(edges, taken) & ~np.isin(blocks.owner[edges], np.concatenate([edges[:0], *held]))
     if not bare.any():
         return
     ground = float(np.maximum(field.level(x) - y, 0)[bare] @ width[bare] / width[bare].sum())
     if ground > LEAST * float(np.ptp(blocks.vertices[:, 1])):
-        names = [name for name, own in blocks.boundaries.items() if np.isin(edges[bare], own).any()]
+        bounds = [name for name, own in blocks.boundaries.items() if np.isin(edges[bare], own).any()]
         yield (
             f"in_situ: the surface lies {ground:.4g} m above the top of the model on average, and nothing loads that "
-            "top. The stress at the start has the weight of this ground, the model has not: give "
-            f'[[load]] boundary = "{names[0] if names else "top"}", in_situ = true '
+            "top: the stress has the weight of this ground, the model has not. Give "
+            f'[[load]] boundary = "{bounds[0] if bounds else "top"}", in_situ = true '
             "(in Python bsm.InSituTraction), or lower the surface"
         )
 

@@ -134,7 +134,8 @@ class BoltForces(Portable):
     @property
     def alone(self) -> BoolArray:
         """Which bolts lie in a single block, and carry nothing, (n_bolts,)."""
-        return np.diff(self.node_start) == 1
+        alone: BoolArray = np.diff(self.node_start) == 1
+        return alone
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -28,8 +28,8 @@ class Failure:
     Attributes
     ----------
     runs, stable, moved_far, unstable, undecided, failed : int
-        Numbers of runs: all, stable, at rest beyond the limit of movement, unstable, without a verdict within their
-        steps, and with a fault.
+        Numbers of runs: all, stable, at rest beyond the limit of movement, unstable, without a verdict, and with a
+        fault.
     gave_way : int
         Stable runs in which blocks fell, or moved by more than a tenth of their size before they reached rest; 0 with
         a limit of movement, which then decides.
