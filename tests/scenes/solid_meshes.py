@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.geometries.session import gmsh_session
 
-DIP = 30.0  # of the joint, to the east
+DIP = 30.0  # of the joint
 
 
 def _write(path: Path, version=4.1, order=1):
@@ -24,21 +24,27 @@ def _middles(dimension):
     }
 
 
-def incline(path, *, version=4.1, order=1, names=None, binary=False):
-    """Write a box of 2 x 2 x 3 m, cut by a plane through (1, 1, 1), its uppermost half metre an excavation."""
+def incline(path, *, version=4.1, order=1, names=None, binary=False, dip=DIP, direction=90.0, size=1.0):
+    """Write a box of 2 x 2 x 3 m, cut by a plane through (1, 1, 1), its uppermost half metre an excavation.
+
+    Dip and dip direction in degrees; north is +y. `size` is that of the elements [m].
+    """
     called = {name: name for name in ("rock:granite", "excavation:lid", "joint:J1", "boundary:bottom")} | (names or {})
     with gmsh_session():
         gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", 1.0)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", max(size, 1.0))
         gmsh.option.setNumber("Mesh.Binary", int(binary))
         occ = gmsh.model.occ
         box, lid = occ.addBox(0, 0, 0, 2, 2, 2.5), occ.addBox(0, 0, 2.5, 2, 2, 0.5)
         plane = occ.addRectangle(-1, -1, 1, 4, 4)
-        occ.rotate([(2, plane)], 1, 1, 1, 0, 1, 0, math.radians(DIP))
+        down, east = math.radians(dip), math.radians(90 - direction)
+        occ.rotate([(2, plane)], 1, 1, 1, 0, 1, 0, down)
+        occ.rotate([(2, plane)], 1, 1, 1, 0, 0, 1, east)
         occ.fragment([(3, box), (3, lid)], [(2, plane)])
         occ.synchronize()
         volumes, surfaces = _middles(3), _middles(2)
-        normal = np.array([math.sin(math.radians(DIP)), 0, math.cos(math.radians(DIP))])
+        normal = np.array([math.sin(down) * math.cos(east), math.sin(down) * math.sin(east), math.cos(down)])
         wide = {s: gmsh.model.getBoundingBox(2, s)[3] for s in surfaces}  # of the plane's rest, beyond the box
         on_joint = [s for s, at in surfaces.items() if abs((at - 1) @ normal) < 1e-9 and wide[s] < 2.1]
         groups = {

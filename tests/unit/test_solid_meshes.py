@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.converters.three_d import read_polyhedra
 from bsm_mesh.converters.three_d.elements import element_faces
+from bsm_mesh.three_d.contacts.surfaces import Surfaces
 from tests.scenes.faults import fault
 from tests.scenes.rock_3d import wedge_factor
 from tests.scenes.small_case import Case
@@ -119,6 +120,27 @@ def test_the_block_on_the_joint_of_a_mesh_slides_below_the_friction_of_its_dip(t
     (tmp_path / "model.toml").write_text(MODEL.format(mesh=MESH, cut="", strength=strength))
     results = bsm.run(bsm.load(tmp_path / "model.toml"))
     assert [stage.status for stage in results.stages] == ["stable", "stable", verdict]
+
+
+@pytest.mark.parametrize(("direction", "size", "slide"), [(90, 1.0, 0.06), (291, 0.76, 0.5), (35, 0.6, 0.2)])
+def test_triangles_that_end_at_an_edge_have_no_contact_there(tmp_path, direction, size, slide):
+    """The block has slid over the edge of its base. Triangles of the side below the edge touched it in a corner.
+
+    A contact of theirs had the normal of two edges of the mesh; it held blocks that slide off.
+    """
+    mesh = incline(tmp_path / "mesh.msh", direction=direction, size=size)
+    blocks = read_polyhedra(mesh, blocks="regions")
+    (base,) = blocks.boundary_blocks("bottom")
+    (upper,) = np.setdiff1d(np.arange(3), [base, *blocks.excavations["lid"]])
+    down, east = np.radians([30, 90 - direction])
+    across, position = np.array([np.cos(east), np.sin(east)]), np.zeros((3, 6))
+    position[upper, :3] = slide * np.array([*across, -np.tan(down)])
+    free = np.arange(3) == upper
+    found = Surfaces(blocks=blocks, rule="both").polygons(position, free, ~free, band=0.05, narrow=5e-3)
+    touch = found.some(((found.block_a == base) | (found.block_b == base)) & (found.found_gap < 5e-3))
+    normal = np.array([*(np.sin(down) * across), np.cos(down)])
+    assert_allclose(np.abs(touch.geometry[:, 6:9] @ normal), 1, rtol=ROUNDING)
+    assert_allclose(touch.area.sum(), np.prod(2 - slide * np.abs(across)) / np.cos(down), rtol=1e-3)
 
 
 def test_groups_by_other_names(tmp_path):

@@ -48,16 +48,6 @@ def inner_corners(blocks: Polyhedra) -> BoolArray:
     return found
 
 
-def edges_outwards(blocks: Polyhedra) -> IntArray:
-    """Return the pairs of sides of a block's faces that meet in an edge at which its surface turns outwards, (k, 2).
-
-    Side 0 of face f has the number 2 f, side 1 the next. Every pair is there once.
-    """
-    parts, edges = _neighbours(blocks)
-    found: IntArray = np.column_stack(parts)[_heights(blocks, parts, edges) < 0]
-    return found
-
-
 def _are_bare(blocks: Polyhedra) -> BoolArray:
     """Return which sides of faces (n_faces, 2) are the surface of a block."""
     block = blocks.face_blocks

@@ -13,10 +13,10 @@ from bsm_mesh.model.polygons import next_corner, owner_of_corner
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.blocks.cell_sides import CellSides, sides_of_cells
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
-from bsm_mesh.three_d.blocks.flats import edges_outwards
 from bsm_mesh.three_d.blocks.placed_cells import PlacedCells
 from bsm_mesh.three_d.blocks.polygons import bent_corners, spread, sums, vector_areas
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.contacts.beside_flats import beside_flats
 from bsm_mesh.three_d.contacts.clipping import PARALLEL, clipped, facing_faces, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import depths, points_of, reaches
 from bsm_mesh.three_d.contacts.history import SLOTS, PolygonPoints, keys_of
@@ -94,7 +94,7 @@ class Surfaces:
         overlap = self._overlaps(position, self._cell[faces], least < -narrow)
         kept = least >= -overlap - narrow  # deeper ones have come from the other side
         flat, touch = _are_flat(*normal[faces.T]), np.abs(least) <= narrow
-        kept &= _flat_alone(self._cell[faces], flat, touch) & (flat | ~self._next_to(faces, faces[flat & touch]))
+        kept &= ~beside_flats(rows, sizes, block[faces], flat, touch, narrow)
         rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
         return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
 
@@ -110,34 +110,6 @@ class Surfaces:
         of_first = self.blocks.face_blocks[face, 0] == block
         cell: IntArray = np.where(of_first, cells[:, 0], cells[:, 1])
         return cell
-
-    @cached_property
-    def _edges(self) -> IntArray:
-        """Pairs of surfaces of a block that meet in an edge at which it turns outwards, (k, 2), both ways round."""
-        face, block, *_ = self._sides
-        number = np.zeros(2 * len(self.blocks.face_blocks), np.int64)
-        number[2 * face + (self.blocks.face_blocks[face, 1] == block)] = np.arange(len(face))
-        pairs = number[edges_outwards(self.blocks)]
-        pairs = np.concatenate([pairs, pairs[:, ::-1]])
-        edges: IntArray = pairs[np.argsort(pairs[:, 0], kind="stable")]
-        return edges
-
-    def _next_to(self, faces: IntArray, flat: IntArray) -> BoolArray:
-        """Return which pairs of surfaces (q, 2) are next to a `flat` pair (p, 2), (q,).
-
-        One surface is the same; the other meets that of the flat pair in an edge, where its block turns outwards.
-        There the flat pair has its contact points.
-        """
-        next_to, count = np.zeros(len(faces), dtype=bool), len(self._cell)
-        known = flat[:, 0] * count + flat[:, 1]
-        for side in (0, 1):
-            first = np.searchsorted(self._edges[:, 0], faces[:, side])
-            number = np.searchsorted(self._edges[:, 0], faces[:, side], "right") - first
-            pair = np.repeat(faces, number, axis=0)
-            pair[:, side] = self._edges[spread(first, number), 1]
-            found = np.isin(pair[:, 0] * count + pair[:, 1], known)
-            next_to[np.repeat(np.arange(len(faces)), number)[found]] = True
-        return next_to
 
     def _overlaps(self, position: FloatArray, cells: IntArray, asked: BoolArray) -> FloatArray:
         """Return by how much pairs of cells (q, 2) overlap along their faces' normals [m]; inf where not `asked`."""
@@ -244,20 +216,6 @@ def _are_flat(one: FloatArray, other: FloatArray) -> BoolArray:
     """Return which pairs of faces, by their normals (q, 3), touch flat."""
     flat: BoolArray = (np.cross(one, other) ** 2).sum(axis=1) < PARALLEL**2
     return flat
-
-
-def _flat_alone(cells: IntArray, flat: BoolArray, touch: BoolArray) -> BoolArray:
-    """Return which polygons (q,) count, of pairs of cells (q, 2): convex cells that `touch` `flat` touch there alone.
-
-    Other faces of theirs meet the flat ones in edges, which would count twice. Cells at an angle touch in all pairs of
-    faces that meet there. The pair that faces each other best changes as blocks turn.
-    """
-    if not len(cells):
-        return flat
-    _, of = np.unique(cells, axis=0, return_inverse=True)
-    on_face = np.bincount(of.reshape(-1), flat & touch) > 0
-    alone: BoolArray = flat | ~on_face[of.reshape(-1)]
-    return alone
 
 
 def _over(point: FloatArray, mean: FloatArray, corner: FloatArray, normal: FloatArray) -> FloatArray:
