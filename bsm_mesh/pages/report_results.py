@@ -37,7 +37,6 @@ from bsm_mesh.text.tables import (
     SPREAD_HEADER,
     balance_rows,
     describe,
-    displaced,
     engineering,
     fall_header,
     fall_rows,
@@ -105,10 +104,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     rows.insert(2, ("checked", "no ground was written" if ground is None else str(ground)))
     if moved[most] > 0:
         rows.append(
-            (
-                "greatest displacement in this stage",
-                f"block {most} at {at} m, {displaced(float(moved[most]), results.blocks)}",
-            )
+            ("greatest displacement in this stage", f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}")
         )
     rows += balance_rows(results, stage)
     if stage.unstable_blocks.size:

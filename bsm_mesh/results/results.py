@@ -125,12 +125,10 @@ class Results:
         )
         down = f"; {numbered('block', stage.unstable_blocks)} unstable" if stage.unstable_blocks.size else ""
         verdict = verdict_in_words(self.blocks, stage) if self.finished else self.status.value
-        span = self.blocks.span
-        greatest = f"{stage.max_displacement:.3g}" if stage.max_displacement <= span else f"over {span:.3g}"
         lines = [f"{title}: {verdict} ({stage.reason})"]
         lines += [f"earlier stages: {earlier}"] if earlier else []
         there = counted(int(stage.present.sum()), "block")
-        lines.append(f"{named_stage(stage.name)}: {there}, greatest displacement {greatest} m{down}")
+        lines.append(f"{named_stage(stage.name)}: {there}, greatest displacement {stage.max_displacement:.3g} m{down}")
         lines += [f"not computed: {shortened(', '.join(self.not_computed))}"] if self.not_computed else []
         return "\n".join(lines)
 

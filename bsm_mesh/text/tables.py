@@ -9,7 +9,6 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
-from bsm_mesh.model.kinds import AnyBlocks
 from bsm_mesh.movements import distances, lengths, translations
 from bsm_mesh.results.bolts import BoltForces, BoltLimit, BoltStatus
 from bsm_mesh.results.joint_faces import AT_STRENGTH
@@ -192,11 +191,6 @@ def _weights(results: Results, stage: StageResult) -> FloatArray:
     return np.zeros(results.blocks.count) if results.model is None else results.model.weights
 
 
-def displaced(moved: float, blocks: AnyBlocks) -> str:
-    """Return a displacement [m] in words: beyond the size of the model it belongs to a fall, and has no meaning."""
-    return engineering(moved, "m") if moved <= blocks.span else f"over {engineering(blocks.span, 'm')}"
-
-
 def _greatest_displacement(results: Results, stage: StageResult) -> str:
     """Return the greatest displacement of the blocks that do not fall."""
     size = distances(stage.displacement) * stage.counts
@@ -253,7 +247,7 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
             f"{bulk[block]:.3g} {blocks.bulk_unit}",
             engineering(float(weight[block]), blocks.force_unit),
             f"{100 * bulk[block] / whole:.2g} %",
-            displaced(float(moved[block]), blocks),
+            engineering(float(moved[block]), "m"),
         )
         for block in down[:MOST_DOWN].tolist()
     ]
@@ -307,8 +301,8 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
             stage.name,
             verdict_in_words(results.blocks, stage),
             str(int(stage.present.sum())),
-            displaced(stage.max_stage_displacement, results.blocks),
-            displaced(stage.max_displacement, results.blocks),
+            engineering(stage.max_stage_displacement, "m"),
+            engineering(stage.max_displacement, "m"),
         )
         for stage in results.stages
     ]
@@ -339,7 +333,7 @@ def joint_rows(results: Results, stage: StageResult | None = None) -> list[tuple
             percent(one.slipping),
             percent(one.open),
             engineering(one.pressure, "Pa"),
-            displaced(one.greatest_slip if one.greatest_slip > ROUNDING else 0.0, results.blocks),
+            engineering(one.greatest_slip if one.greatest_slip > ROUNDING else 0.0, "m"),
         )
         for one in sets
     ]

@@ -49,16 +49,6 @@ def test_what_comes_down_is_told_with_place_area_weight_and_part(falls: bsm.resu
     assert falling(falls, stage).startswith("2 blocks, 1.25 m2 (9.4 % of all), ")
 
 
-def test_a_fall_beyond_the_model_has_no_number_of_metres(falls: bsm.results.Results) -> None:
-    """A block that falls freely is 1e5 m away in a step: a displacement of megametres says nothing."""
-    (stage,) = falls.stages
-    far = stage.displacement * np.where(np.arange(4) > 1, 1e5, 1.0)[:, None]
-    results = replace(falls, stages=(replace(stage, displacement=far, stage_displacement=far),))
-    assert [row[-1] for row in down_rows(results)] == ["over 10 m"] * 2
-    assert stage_rows(results)[-1][-2:] == ("over 10 m", "over 10 m")
-    assert "greatest displacement over 10 m" in repr(results)
-
-
 def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.results.Results) -> None:
     short, long = dict(describe(falls)), dict(describe(falls, verbose=True))
     assert "weights and loads (x, y)" in short
