@@ -6,6 +6,7 @@ from scipy.spatial import ConvexHull
 import bsm_mesh as bsm
 
 BOX_FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+CELL_ARRAYS = ("vertices", "face_vertices", "face_offsets", "face_cells", "face_joint", "rock_names", "joint_names")
 
 
 def box(low, high):
