@@ -11,10 +11,11 @@ import numpy as np
 
 from bsm_mesh import space
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.errors import ModelError, counted, placed
 from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space
+from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.zones import has_zones
 from bsm_mesh.modelfile.build import LoadedModel, inputs_of, load_model_file
@@ -95,7 +96,7 @@ def check_model(
             if has_zones(loaded.model):
                 zoned(loaded.model, loaded.options)
             ready = make_ready(loaded.model, loaded.options)
-        notes = (*ready.notes, *_folder_notes(loaded))
+        notes = (*ready.notes, *_free_rigid_faces(loaded.model), *_folder_notes(loaded))
         if any(stage.shaking is not None for stage in loaded.model.stages):
             progress.report("time steps of shaken stages")
         expected = zone_time_steps if has_zones(loaded.model) else time_steps_of
@@ -162,6 +163,20 @@ def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
 def _asks_for_key_blocks(loaded: LoadedModel) -> bool:
     file = loaded.file
     return isinstance(file, SpaceFile) and bool(file.excavation or file.slope or file.key_blocks.free)
+
+
+def _free_rigid_faces(model: Model) -> tuple[str, ...]:
+    """Return a note on outer faces of rigid rock without a joint: no run can continue where a block reaches one."""
+    blocks = model.blocks
+    rigid = np.isin(blocks.rock_names, [rock.name for rock in model.rocks if rock.young is None and rock.zones is None])
+    outer = blocks.outer_edges
+    bare = int((rigid[blocks.rock][blocks.owner[outer]] & (blocks.edge_joint[outer] < 0)).sum())
+    if not bare or model.default_joint is not None:
+        return ()
+    return (
+        f"{counted(bare, 'outer face')} of rigid rock without a joint: where a block reaches one, a run ends with an "
+        "error; give default_joint",
+    )
 
 
 def _folder_notes(loaded: LoadedModel) -> tuple[str, ...]:

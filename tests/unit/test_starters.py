@@ -142,3 +142,15 @@ def test_the_demo_runs_again_as_changed_but_runs_nobody_elses_model(case: Case) 
     assert "demo/model.toml: not valid TOML" in case.run("demo", "-o", "demo").err
     (case.folder / "demo/cavern.py").unlink()
     case.refuses("demo", "-o", "demo", says=["demo exists and is not empty", "name a new folder"])
+
+
+@pytest.mark.heavy
+def test_bricks_of_the_wall_may_fall_onto_free_faces(case: Case) -> None:
+    """Tilted by 40 degrees; without a joint of its free faces check says that the run would end there, and it does."""
+    case.run("new", "wall", "mine")
+    change(case, "mine", "direction = -80", "direction = -50")
+    assert "unstable" in case.run("run", "mine/model.toml", "-q").out
+    change(case, "mine", 'default_joint = "bed"', "")
+    note = "outer faces of rigid rock without a joint: where a block reaches one, a run ends with an error"
+    assert note in case.run("check", "mine/model.toml").out
+    case.refuses("run", "mine/model.toml", "-q", says=["moved onto each other at faces without a joint"])

@@ -44,9 +44,12 @@ def notes_on_given_position(model: Model, stage: StageResult, prove: Callable[[I
 
 
 def _limitless(contacts: ContactForces, evidence: Evidence) -> BoolArray:
-    """Return which contacts (m,) outside of the joints carry force and have no limit of strength."""
+    """Return which contacts (m,) outside of the joints carry force and have no limit of shear strength.
+
+    A block that moved onto a free face has one without tensile strength, and is held there whatever the slope.
+    """
     elastic = np.array([law["kind"] == "elastic" for law in evidence.laws], dtype=bool)
-    limitless: BoolArray = (contacts.joint < 0) & (contacts.normal_force != 0) & np.isinf(evidence.tension)
+    limitless: BoolArray = (contacts.joint < 0) & (contacts.normal_force != 0)
     return limitless & elastic[evidence.law] if len(limitless) else limitless
 
 
@@ -63,5 +66,6 @@ def _carried(contacts: ContactForces, limitless: BoolArray, moves: BoolArray) ->
         f"{counted(holding.size, 'contact')} outside of the joints {'holds' if holding.size == 1 else 'hold'} them "
         f"without a limit of strength. The most stressed, between blocks {one} and {other} at "
         f"{place(contacts.point[holding[k]])}, carries {pressure[k] / 1e6:.3g} MPa of pressure and "
-        f"{shear[k] / 1e6:.3g} MPa of shear over {length[k]:.3g} m. Compare that with the strength of the rock. "
+        f"{shear[k] / 1e6:.3g} MPa of shear over {length[k]:.3g} m. Compare that with the strength of the "
+        "rock, or give these faces a joint (default_joint). "
     )
