@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
+from bsm_mesh.errors import nearest
+
 
 def names_from(homes: Mapping[str, str], package: str) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a module that hands names on.
@@ -20,7 +22,8 @@ def names_from(homes: Mapping[str, str], package: str) -> Callable[[str], Any]:
 
     def find(name: str) -> Any:
         if name not in homes:
-            raise AttributeError(f"module '{package}' has no attribute '{name}'")
+            hint = "" if name.startswith("_") else nearest(name, homes).partition(" (known")[0]
+            raise AttributeError(f"module '{package}' has no attribute '{name}'{hint}")
         home = import_module(homes[name])
         return getattr(home, name) if hasattr(home, name) else import_module(f"{homes[name]}.{name}")
 

@@ -27,7 +27,7 @@ from bsm_mesh.solve.zones.scheme import zone_time_steps, zoned
 from bsm_mesh.text.flow_given import given_flow, given_rows
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.quality import Thresholds, poor_blocks, quality_rows, quality_summary
-from bsm_mesh.text.shaking_given import expected_notes, expected_rows
+from bsm_mesh.text.shaking_given import expected_notes, expected_rows, record_rows
 from bsm_mesh.text.space_quality import space_rows, space_summary
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
@@ -121,7 +121,7 @@ def check_model(
         return
     for line in loaded.mesh_lines:
         say(f"mesh: {line.strip()}")
-    rows = [*quality_rows(report), *given_rows(flow), *expected_rows(shaken)]
+    rows = [*quality_rows(report), *given_rows(flow), *record_rows(loaded.model.stages), *expected_rows(shaken)]
     print_table(f"{path}: the model is valid", ("", ""), rows, texts=2)
     for note in notes:
         say(f"note: {note}")
@@ -168,10 +168,10 @@ def _asks_for_key_blocks(loaded: LoadedModel) -> bool:
 def _free_rigid_faces(model: Model) -> tuple[str, ...]:
     """Return a note on outer faces of rigid rock without a joint: no run can continue where a block reaches one."""
     blocks = model.blocks
-    rigid = np.isin(blocks.rock_names, [rock.name for rock in model.rocks if rock.young is None and rock.zones is None])
+    rigid = np.isin(blocks.rock_names, [rock.name for rock in model.rocks if np.isinf(rock.contact_moduli[0])])
     outer = blocks.outer_edges
     bare = int((rigid[blocks.rock][blocks.owner[outer]] & (blocks.edge_joint[outer] < 0)).sum())
-    if not bare or model.default_joint is not None:
+    if not bare or model.default_joint is not None or has_zones(model):
         return ()
     return (
         f"{counted(bare, 'outer face')} of rigid rock without a joint: where a block reaches one, a run ends with an "

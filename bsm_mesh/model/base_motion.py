@@ -114,3 +114,9 @@ class BaseMotion:
         time = interval * np.arange(1001, dtype=np.float64)
         acceleration = np.abs(self.acceleration_at(time, interval)).max()
         return float(acceleration), float(np.abs(self.velocity_at(time)).max())
+
+    @property
+    def peaks_in_words(self) -> str:
+        """The same as a person reads it, with the acceleration as a part of gravity."""
+        acceleration, velocity = self.peaks
+        return f"up to {acceleration:.3g} m/s2 = {acceleration / GRAVITY:.3g} g and {velocity:.3g} m/s"

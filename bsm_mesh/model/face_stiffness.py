@@ -133,6 +133,6 @@ def _rigid_faults(model: Model, faces: Faces, rows: IntArray) -> list[str]:
         faults.append(
             f"blocks {a} and {b} meet at {place(faces.start[k])} without a joint and "
             f"their rock ({' and '.join(rocks)}) is rigid; give the rock young and poisson, or the face a joint "
-            "(default_joint = ... for all faces)"
+            '(default_joint = ... for all faces; of a mesh, [mesh] blocks = "regions" where only joints bound blocks)'
         )
     return faults

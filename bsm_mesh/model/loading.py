@@ -31,8 +31,9 @@ def faults_of_loading(model: Model) -> list[str]:
     )
     if loaded:
         return []
+    weight = "gravity is zero" if model.weights.any() else "no rock has a weight"
     return [
-        "nothing loads the model, so that rest would prove nothing: no rock has a weight, and there is no load, water, "
+        f"nothing loads the model, so that rest would prove nothing: {weight}, and there is no load, water, "
         "in-situ stress, pretension or prescribed movement in any stage; give the rocks their unit_weight, or a load"
     ]
 

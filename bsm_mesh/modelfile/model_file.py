@@ -92,6 +92,11 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
                 f"{path}: is a mesh, no {kind}; name it in one ([mesh] file = {path.name!r}), or read its blocks in "
                 f"Python: converters.read_blocks({path.name!r}, blocks='regions')"
             ) from None
+        if path.suffix.lower() == ".py":
+            raise ModelError(
+                f"{path}: is a Python script, no {kind}; name a script with build(path) in one "
+                f"([mesh] geometry = {path.name!r}), or the mesh that it writes ([mesh] file)"
+            ) from None
         raise ModelError(f"{path}: not valid TOML: {_toml_fault(str(error), text)}") from None
     except ValueError:  # of int(), which takes no thousands of digits
         raise ModelError(f"{path}: a whole number in it {TOO_WIDE}") from None
@@ -155,7 +160,9 @@ def _toml_fault(message: str, text: str) -> str:
     lines = text.split("\n")
     if found is None or int(found[1]) > len(lines):
         return message
-    return f"{message}: {_shown(lines[int(found[1]) - 1].strip())[1:-1]}"
+    line = lines[int(found[1]) - 1]
+    comma = "a comma is no decimal point: " if re.search(r"=\s*[-+]?\d+,\d", line) else ""
+    return f"{comma}{message}: {_shown(line.strip())[1:-1]}"
 
 
 def sentences(error: ValidationError, root: type[Table] = ModelFile) -> Iterator[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray, show_only
-from bsm_mesh.errors import counted
+from bsm_mesh.errors import UnknownNameError, counted, nearest
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.kinds import in_space
@@ -77,7 +77,10 @@ class HistorySeries:
         show_only(self)
 
     def __getitem__(self, quantity: str) -> FloatArray:
-        column: FloatArray = self.values[:, self.recorded.quantities.index(quantity)]
+        known = self.recorded.quantities
+        if quantity not in known:
+            raise UnknownNameError(f"history '{self.recorded.name}' has no {quantity!r}{nearest(str(quantity), known)}")
+        column: FloatArray = self.values[:, known.index(quantity)]
         return column
 
     @property

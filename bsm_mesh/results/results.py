@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, TypeAlias, overload
 
 from bsm_mesh import doors
-from bsm_mesh.arrays import IntArray
+from bsm_mesh.arrays import IntArray, ReadOnlyMapping
 from bsm_mesh.errors import UnknownNameError, counted, named_stage, nearest, numbered, shortened
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space, refuse_space
@@ -154,11 +154,11 @@ class Results:
         return self.stages[-1].unstable_blocks
 
     @property
-    def histories(self) -> dict[str, HistorySeries]:
+    def histories(self) -> Mapping[str, HistorySeries]:
         """The histories over all steps, by name."""
         from bsm_mesh.results.histories import series_of
 
-        return series_of(self.recorded, self.stages)
+        return ReadOnlyMapping(series_of(self.recorded, self.stages))
 
     def plot(
         self,

@@ -101,7 +101,7 @@ class Progress:
         if self._verbose:
             vain = f" ({', '.join(record.tried)} without success)" if record.tried else ""
             text = f"{text}, by {record.method}{vain}"
-        self.report(text)
+        (self.report if record.time is None or self._verbose else self.often)(text)
 
 
 @contextmanager

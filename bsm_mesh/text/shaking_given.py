@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from bsm_mesh.errors import counted, named_stage, place
+from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.stages import Stage
 from bsm_mesh.solve.motion.time_steps import TimeSteps
 from bsm_mesh.text.tables import engineering
 
@@ -22,6 +24,16 @@ SHORT = 5.0  # times shorter than the time step of the median block: a block tha
 def expected_rows(estimates: Iterable[TimeSteps]) -> list[tuple[str, str]]:
     """Return a row a shaken stage: integrator, number and length of its time steps, order of its processor time."""
     return [(f"shaking in {named_stage(each.stage)}", _expected(each)) for each in estimates]
+
+
+def record_rows(stages: Iterable[Stage]) -> list[tuple[str, str]]:
+    """Return a row a stage whose base moves: the greatest acceleration and velocity, which tell a unit left out."""
+    shaken = [(stage.name, stage.shaking) for stage in stages]
+    return [
+        (f"base in {named_stage(name)}", BaseMotion(shaking).peaks_in_words)
+        for name, shaking in shaken
+        if shaking is not None and shaking.boundary is None
+    ]
 
 
 def expected_notes(estimates: Iterable[TimeSteps], blocks: Blocks) -> list[str]:

@@ -197,12 +197,18 @@ def test_all_faults_of_a_file_are_told_at_once(case: Case) -> None:
         (MODEL[:-12].encode(), ["not valid TOML", "at end of document"]),
         (b"a = " + b"[" * 5000, ["brackets nested too deep"]),
         (msh().encode(), ["not valid TOML", "line 1"]),
+        (MODEL.replace("poisson = 0.25", "poisson = 0,25").encode(), ["a comma is no decimal point", "line 9"]),
     ],
-    ids=["empty", "junk", "utf-16", "syntax", "double key", "double table", "truncated", "deep", "a mesh"],
+    ids=["empty", "junk", "utf-16", "syntax", "double key", "double table", "truncated", "deep", "a mesh", "comma"],
 )
 def test_files_that_are_no_model(case: Case, content: bytes, words: list[str]) -> None:
     case.write("model.toml", content)
     case.refuses("run", "model.toml", says=words)
+
+
+def test_a_geometry_script_is_no_model(case: Case) -> None:
+    case.write("cutting.py", "def build(path):\n    pass\n")
+    case.refuses("check", "cutting.py", says=["is a Python script, no model file", "[mesh] geometry = 'cutting.py'"])
 
 
 @pytest.mark.parametrize("command", ["run", "check", "compare", "limit"])

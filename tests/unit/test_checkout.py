@@ -58,6 +58,11 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
     assert "no_such" in python(code, tmp_path)
 
 
+def test_a_public_name_that_is_nearly_right_is_told(tmp_path: Path) -> None:
+    code = "import bsm_mesh\ntry: bsm_mesh.safety\nexcept AttributeError as fault: print(fault)"
+    assert "has no attribute 'safety'; did you mean 'factor_of_safety'?" in python(code, tmp_path)
+
+
 def test_a_neighbour_of_that_name_is_the_users(tmp_path: Path) -> None:
     """A script's own `geometries.py` is what it imports, and the package continues with its own."""
     (tmp_path / "geometries.py").write_text("mine = True\n", encoding="utf-8")

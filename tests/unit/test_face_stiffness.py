@@ -59,7 +59,13 @@ def test_rigid_rocks_leave_the_joint_alone():
 def test_rigid_rocks_without_a_joint_are_an_error():
     with pytest.raises(bsm.ModelError) as caught:
         stiffness(two((bsm.Rock("a", unit_weight=0), bsm.Rock("b", unit_weight=0, young=1e9, stiffness="rigid"))))
-    for part in ("blocks 0 and 1 meet at (3, 0", "without a joint", "(a and b) is rigid", "default_joint = ..."):
+    for part in (
+        "blocks 0 and 1 meet at (3, 0",
+        "without a joint",
+        "(a and b) is rigid",
+        "default_joint = ...",
+        'blocks = "regions"',
+    ):
         assert part in str(caught.value)
 
 

@@ -73,6 +73,13 @@ def test_an_extensometer_measures_the_growth_of_its_length(recorded: Results) ->
     np.testing.assert_allclose(series["extension_2"], gap["extension_1"], atol=1e-12)
 
 
+def test_a_name_that_no_history_has_is_told_with_those_that_there_are(recorded: Results) -> None:
+    with pytest.raises(bsm.ModelError, match="there is no 'cornr'; did you mean 'corner'"):
+        recorded.histories["cornr"]
+    with pytest.raises(KeyError, match=r"history 'corner' has no 'x' \(known: u, v\)"):
+        recorded.histories["corner"]["x"]
+
+
 def test_a_joint_set(recorded: Results) -> None:
     """The base of the block, 1 m, slid; it was at strength on the way, and the wall's foot never moved."""
     series = recorded.histories["set"]

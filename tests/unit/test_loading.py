@@ -70,6 +70,10 @@ def test_where_nothing_loads_there_is_no_verdict(changes: dict[str, object], sch
         bsm.run(model, bsm.Options(scheme=scheme))
 
 
+def test_weights_that_gravity_cancels_are_told_as_such() -> None:
+    assert "gravity is zero, and there is no load" in faults_of_loading(WEIGHTLESS.replace(**FLOATING))[0]
+
+
 @pytest.mark.parametrize("command", ["run", "check", "compare"])
 def test_commands_refuse_what_nothing_loads(case: Case, command: str) -> None:
     text = MODEL.replace('"26 kN/m^3"', "0")

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -10,9 +11,11 @@ import bsm_mesh as bsm
 from bsm_mesh.commands.check import check_model
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.zones import has_zones
+from bsm_mesh.results.records import StepRecord
 from bsm_mesh.solve.continuation.time_steps import time_steps_of
 from bsm_mesh.solve.linear.readiness import make_ready
 from bsm_mesh.solve.zones.scheme import zone_time_steps
+from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.shaking_given import expected_notes, order_of
 from tests.scenes.shaken import STAGE, block_on_plane, shaken, wall
 from tests.scenes.shaken_zones import PILE, column, shaken_zones
@@ -70,11 +73,33 @@ def test_check_says_the_time_steps_before_the_run(tmp_path, capsys):
     check_model(path, quiet=True)
     told = " ".join(capsys.readouterr().out.split())
     assert f"shaking in stage {STAGE} explicit, about" in told
+    assert re.search(rf"base in stage {STAGE} up to [0-9.]+ m/s2 = [0-9.]+ g and", told)  # tells a unit left out
     assert "processor time: less than a minute" in told
     check_model(path, quiet=True, as_json=True)
     (found,) = json.loads(capsys.readouterr().out)["shaking"]
     assert found["integrator"] == "explicit"
     assert found["steps"] * found["time_step"] == pytest.approx(EXPLICIT.length)
+
+
+def test_time_steps_of_a_record_are_told_every_few_seconds_when_piped(capsys):
+    """There are hundreds in a second; static steps have a line each."""
+    record = StepRecord(
+        stage=1,
+        step=0,
+        residual=0.0,
+        max_displacement=0.0,
+        newton_iterations=0,
+        factorizations=0,
+        open_contacts=0,
+        slipping_contacts=0,
+        seconds=0.0,
+        method="explicit",
+        time=0.01,
+    )
+    with Progress() as progress:
+        for step in range(50):
+            progress.step(replace(record, step=step))
+    assert len(capsys.readouterr().err.splitlines()) <= 1
 
 
 def test_check_names_the_sliver_that_decides_the_time_step(tmp_path, capsys):

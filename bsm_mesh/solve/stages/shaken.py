@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bsm_mesh.errors import counted
-from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
+from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.movements import distances
@@ -41,7 +41,7 @@ def _survival(model: Model, stage: StageResult) -> str:
 def _input(shaking: Shaking, found: ShakingResult) -> Iterator[str]:
     """Return what moved the blocks, and whether it ended with a movement."""
     base = BaseMotion(shaking)
-    acceleration, velocity = base.peaks
+    _, velocity = base.peaks
     if max(base.peaks) == 0:
         yield f"nothing shook the model: amplitude or scale is 0; the blocks were followed for {found.time[-1]:.4g} s"
         return
@@ -52,10 +52,7 @@ def _input(shaking: Shaking, found: ShakingResult) -> Iterator[str]:
             what = f"a wave of up to {velocity:.3g} m/s entered through"
         yield f"{what} the quiet boundary '{shaking.boundary}'; the blocks were followed for {found.time[-1]:.4g} s"
         return
-    yield (
-        f"the base was shaken for {found.time[-1]:.4g} s, with up to {acceleration:.3g} m/s2 = "
-        f"{acceleration / GRAVITY:.3g} g and {velocity:.3g} m/s"
-    )
+    yield f"the base was shaken for {found.time[-1]:.4g} s, with {base.peaks_in_words}"
     end_velocity, end_displacement = base.at_end
     if abs(end_velocity) > 0.01 * velocity:
         yield (
