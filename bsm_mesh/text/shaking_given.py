@@ -27,7 +27,7 @@ def expected_rows(estimates: Iterable[TimeSteps]) -> list[tuple[str, str]]:
 
 
 def record_rows(stages: Iterable[Stage]) -> list[tuple[str, str]]:
-    """Return a row a stage whose base moves: the greatest acceleration and velocity, which tell a unit left out."""
+    """Return a row a stage whose base moves: the greatest acceleration and velocity, which show a missing unit."""
     shaken = [(stage.name, stage.shaking) for stage in stages]
     return [
         (f"base in {named_stage(name)}", BaseMotion(shaking).peaks_in_words)
