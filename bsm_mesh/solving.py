@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from bsm_mesh.errors import ModelError
@@ -119,7 +119,7 @@ def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:
     """Return a model whose stages release the excavation forces in more parts."""
     from dataclasses import replace
 
-    def finer(relaxation: tuple[float, ...]) -> tuple[float, ...]:
+    def finer(relaxation: Sequence[float]) -> tuple[float, ...]:
         before, found = 0.0, []
         for part in relaxation:
             found += [before + share * (part - before) for share in parts]

@@ -127,7 +127,7 @@ def _tilted(model: Model, angle: float) -> Model:
     return model.replace(gravity_direction=model.gravity_direction - angle)
 
 
-def _with_factor(loads: tuple[Load, ...], number: int, factor: float, what: str) -> tuple[Load, ...]:
+def _with_factor(loads: Sequence[Load], number: int, factor: float, what: str) -> tuple[Load, ...]:
     if not 1 <= number <= len(loads):
         raise ModelError(f"there is no {what} number {number}; there are {len(loads)}")
     return tuple(_multiplied(load, factor) if k + 1 == number else load for k, load in enumerate(loads))

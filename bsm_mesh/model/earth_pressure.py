@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, Literal, get_args
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError, counted, raise_faults
+from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.quantities import (
     COHESION,
     COORDINATE,
@@ -81,7 +83,7 @@ class EarthPressure:
     state: EarthState
     unit_weight: Annotated[float, UNIT_WEIGHT]
     friction: Annotated[float, FRICTION]
-    surface: float | Points
+    surface: Given[float | Points, float | Sequence[Sequence[float]]] = by_default(field())
     theory: EarthTheory = "rankine"
     wall_friction: Annotated[float, FRICTION] = 0.0
     cohesion: Annotated[float, COHESION] = 0.0

@@ -11,12 +11,14 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
+from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.loads import linear_field
 from bsm_mesh.model.quantities import COORDINATE, DIRECTION, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
 from bsm_mesh.model.values import Points, Rules, line, plain_numbers
 
 InSituMethod = Literal["direct", "gravity"]
 StressRatio: TypeAlias = tuple[float, float, float]
+GivenRatio: TypeAlias = float | str | Mapping[str, float] | StressRatio
 """Coefficients (a [m], b, c [1/m]) of K = a / h + b + c h at the depth h."""
 
 IN_PLANE = ("xx", "yy", "xy")
@@ -72,11 +74,13 @@ class InSitu:
     """
 
     method: InSituMethod = "direct"
-    surface: float | Points | None = None
+    surface: Given[float | Points | None, float | Sequence[Sequence[float]] | None] = by_default(None)
     surcharge: Annotated[float, PRESSURE] = 0.0
-    k0: StressRatio = (0.0, 1.0, 0.0)
-    stress: tuple[tuple[float, ...], ...] | None = None
-    k0_across: StressRatio | None = field(default=None, metadata={"in_hash": "given"})
+    k0: Given[StressRatio, GivenRatio] = by_default((0.0, 1.0, 0.0))
+    stress: Given[tuple[tuple[float, ...], ...] | None, Mapping[str, Any] | None] = by_default(None)
+    k0_across: Given[StressRatio | None, GivenRatio | None] = by_default(
+        field(default=None, metadata={"in_hash": "given"})
+    )
     trend: Annotated[float, DIRECTION] | None = field(default=None, metadata={"in_hash": "given"})
 
     def __post_init__(self) -> None:

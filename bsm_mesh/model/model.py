@@ -12,13 +12,14 @@ import numpy as np
 from bsm_mesh import doors
 from bsm_mesh.arrays import FloatArray, content_hash
 from bsm_mesh.errors import counted, raise_faults
+from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.face_water import FaceWater
 from bsm_mesh.model.flow import Flow
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.kinds import in_space
+from bsm_mesh.model.kinds import AnyBlocks, in_space
 from bsm_mesh.model.loads import (
     GIVEN_LOADS,
     ActingLoad,
@@ -116,13 +117,13 @@ class Model:
     0.1
     """
 
-    blocks: Blocks
-    rocks: tuple[Rock, ...]
-    joints: tuple[Joint, ...] = ()
+    blocks: Given[Blocks, AnyBlocks] = by_default(field())
+    rocks: Sequence[Rock]
+    joints: Sequence[Joint] = ()
     default_joint: str | None = None
-    supports: tuple[Support, ...] = ()
-    loads: tuple[Load, ...] = ()
-    bolts: tuple[Bolt, ...] = ()
+    supports: Sequence[Support] = ()
+    loads: Sequence[Load] = ()
+    bolts: Sequence[Bolt] = ()
     gravity_direction: Annotated[float, DIRECTION] = -90.0
     gravity_horizontal: Annotated[float, GRAVITY_PART] = 0.0
     gravity_vertical: Annotated[float, GRAVITY_PART] = 0.0
@@ -132,8 +133,8 @@ class Model:
     water: Water | None = None
     flow: Flow | None = None
     face_water: FaceWater | None = None
-    stages: tuple[Stage, ...] = ()
-    histories: tuple[History, ...] = field(default=(), metadata={"in_hash": False})
+    stages: Sequence[Stage] = ()
+    histories: Sequence[History] = field(default=(), metadata={"in_hash": False})
     options: Options | None = field(default=None, metadata={"in_hash": False})
     title: str = field(default="", metadata={"in_hash": False})
 

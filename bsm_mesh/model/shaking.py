@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
+import numpy.typing as npt
 
 from bsm_mesh.errors import as_given, raise_faults
+from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.quantities import (
     COUNT_OF_WAVES,
     DAMPING,
@@ -99,7 +101,7 @@ class Shaking:
     10.0
     """
 
-    record: Series | None = None
+    record: Given[Series | None, tuple[npt.ArrayLike, npt.ArrayLike] | None] = by_default(None)
     waveform: Waveform | None = None
     frequency: Annotated[float, FREQUENCY] | None = None
     amplitude: Annotated[float, MOTION] | None = None

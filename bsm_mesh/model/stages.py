@@ -75,13 +75,13 @@ class Stage:
     """
 
     name: str
-    excavate: tuple[Region, ...] = ()
-    fill: tuple[Region, ...] = ()
-    relaxation: tuple[float, ...] = (1.0,)
+    excavate: Sequence[Region] = ()
+    fill: Sequence[Region] = ()
+    relaxation: Sequence[float] = (1.0,)
     pressure: Annotated[float, STRESS] = 0.0
     water: Water | None = None
     flow: FlowChange | None = None
-    loads: tuple[Load, ...] = ()
+    loads: Sequence[Load] = ()
     strength: Mapping[str, float] = field(default_factory=dict, hash=False)
     gravity: tuple[float, float] | None = None
     gravity_trend: Annotated[float, DIRECTION] | None = field(default=None, metadata={"in_hash": "given"})

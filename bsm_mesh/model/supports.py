@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, TypeAlias
 
@@ -37,7 +37,7 @@ class Target:
         A point in a block, or a corner: then every block with that corner is held there.
     """
 
-    blocks: tuple[int, ...] | None = None
+    blocks: Sequence[int] | None = None
     boundary: str | None = None
     point: Point | None = None
 
@@ -209,7 +209,7 @@ Support: TypeAlias = GivenSupport | Bars
 """Supports of blocks: as they are given, or bars that were worked out before."""
 
 
-def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
+def bars_of(supports: Sequence[Support], blocks: Blocks) -> Bars:
     """Return the bars of all supports, in their order.
 
     Raises

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, get_args
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, ReadOnlyMapping
 from bsm_mesh.errors import as_given, raise_faults
+from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.quantities import COORDINATE, DIRECTION, HEAD_DIP, PRESSURE, WATER_WEIGHT
 from bsm_mesh.model.values import Points, Rules, is_number, line, parts_of
 
@@ -83,7 +84,7 @@ class Water:
     9810.0
     """
 
-    table: tuple[Points, ...] = ()
+    table: Given[tuple[Points, ...], Sequence[Sequence[Any]]] = by_default(())
     unit_weight: Annotated[float, WATER_WEIGHT] = WATER
     head: Head = "vertical"
     joint_pressure: Mapping[str, float] = field(default_factory=dict)

@@ -7,7 +7,7 @@ model's hash.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -101,7 +101,7 @@ def content_of(model: Model, options: Options) -> Content:
 
     faults: list[str] = list(_unnamable(model.blocks))
 
-    def tables(what: str, things: tuple[Any, ...], form: Any) -> list[Content]:
+    def tables(what: str, things: Sequence[Any], form: Any) -> list[Content]:
         made = []
         for number, thing in enumerate(things):
             try:

@@ -63,7 +63,7 @@ def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
     raise_faults(faults)
     with placed(path.name):
         model = Model(
-            blocks=loaded.blocks,  # type: ignore[arg-type]  # polyhedra answer to the same names
+            blocks=loaded.blocks,
             rocks=loaded.rocks,
             joints=loaded.joints,
             default_joint=file.mesh.default_joint,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -164,7 +164,7 @@ class StageSolution:
         self._start_residual = progress.start_residual
         self._began_at = self._before  # where blocks were when the last part began
 
-    def result(self, parts: tuple[float, ...]) -> StageResult:
+    def result(self, parts: Sequence[float]) -> StageResult:
         """Return the equilibrium after every released part of the excavation forces, or the first failure."""
         run, state = self._run, self._state
         while True:

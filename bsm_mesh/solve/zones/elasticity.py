@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,7 +121,7 @@ def by_rock(model: Model, value: Callable[[Rock], FloatArray]) -> FloatArray:
     return np.array([values.get(name, nothing) for name in model.blocks.rock_names])
 
 
-def rigid_rock_faults(rocks: tuple[Rock, ...], used: set[str]) -> list[str]:
+def rigid_rock_faults(rocks: Sequence[Rock], used: set[str]) -> list[str]:
     """Return one sentence for every rock in use that has no elasticity."""
     faults = []
     for rock in rocks:

@@ -172,7 +172,7 @@ def _rows_at(support: GivenSupport, nodes: IntArray) -> list[Rows]:
     return [(nodes, direction, np.full(len(nodes), displacement)) for direction in directions]
 
 
-def _here(blocks: tuple[int, ...], present: BoolArray) -> IntArray:
+def _here(blocks: Sequence[int], present: BoolArray) -> IntArray:
     ids = np.array(blocks, dtype=np.int32)
     return ids[present[ids]]
 
