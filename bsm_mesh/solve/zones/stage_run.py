@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -137,7 +136,7 @@ class StageRun:
             self._wet()
         if stage.shaking is not None:
             return shaken_end(self, stage.name, stage.shaking, present, watch)
-        return self.solved(stage.name, present, stage.relaxation)
+        return self.solved(stage.name, present, tuple(stage.relaxation))
 
     def _water(self, water: Water | None) -> PoreWater | None:
         return pore_water(self.of.model, water, self.of.basis, self.state.joints, self._where)
@@ -153,14 +152,14 @@ class StageRun:
         if joints is not None and state.history is not None and state.water is not None and self._where is None:
             state.history = replace(state.history, water=joints.lumped(state.water.beyond_table))
 
-    def solved(self, name: str, present: BoolArray, parts: Sequence[float]) -> StageEnd:
+    def solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
         """Return the equilibrium of a stage after every released part of excavation forces, or the first failure."""
         state, of, self.fall = self.state, self.of, None
         loads = self.loads_on(present)
         equations = self.equations(present, loads)
         held, collapse, astray = equations.free.supports, None, None
         for number, part in enumerate(parts):
-            self._part = Part(name, present, tuple(parts[number:]), replace(state))
+            self._part = Part(name, present, parts[number:], replace(state))
             held_back = state.held_back(part)
             equations = replace(equations, load=equations.load - held_back)
             at, converged = equations.at(state.u, equations.free.none), False
