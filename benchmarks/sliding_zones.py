@@ -128,7 +128,7 @@ def meetings(count: int) -> str:
 def main() -> None:
     """Make the table, and print it or put it into a page."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    parser.add_argument("--members", type=int, default=16)
+    parser.add_argument("--members", type=int, default=24)
     add_into(parser, COMMAND)
     given = parser.parse_args()
     members = drawn(given.members)

@@ -107,7 +107,7 @@ def main() -> None:
     """Make the table, and print it or put it into a page."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--members", type=int, default=24)
-    parser.add_argument("--slopes", type=int, default=12)
+    parser.add_argument("--slopes", type=int, default=8)
     add_into(parser, COMMAND)
     given = parser.parse_args()
     members, models, rows = beyond_joints(given.members), slopes(given.slopes), []
