@@ -44,6 +44,7 @@ COLOURS = {  # the last that fits a block colours it
     "unsupported": "#4a4a4a",
 }
 PLAIN = "#e9e5dc"
+SIDES = ("west", "east", "south", "north", "bottom")  # of a box, behind which there is rock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,7 +144,7 @@ def _refuse_of_the_plane(picture: Path | None, settings: Sequence[str], repair: 
 
 def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
     """Refuse a model of polyhedra that cannot be run, unless it is for key blocks; print the quality of its blocks."""
-    notes = [*loaded.notes, *notes_of(loaded.model), *_folder_notes(loaded)]
+    notes = [*loaded.notes, *notes_of(loaded.model), *_free_sides(loaded), *_folder_notes(loaded)]
     touching = np.zeros((0, 2), dtype=np.int32)
     if not loaded.model.supports and _asks_for_key_blocks(loaded):
         notes.append("for bsm-mesh key-blocks only: bsm-mesh run needs a [[support]]")
@@ -158,6 +159,18 @@ def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
     print_table(f"{loaded.path}: the model is valid", ("", ""), space_rows(report), texts=2)
     for note in notes:
         say(f"note: {note}")
+
+
+def _free_sides(loaded: LoadedModel) -> tuple[str, ...]:
+    """Return a note on sides of a box, the top apart, that nothing holds or loads: rock beyond them is missing."""
+    if not isinstance(loaded.file, SpaceFile) or loaded.file.mesh.box is None or not loaded.model.supports:
+        return ()
+    given: list[Any] = [*loaded.model.supports, *loaded.model.loads]
+    held = {getattr(part, "boundary", None) for part in given}
+    free = [side for side in SIDES if side in loaded.model.blocks.boundaries and side not in held]
+    if not free or any(getattr(part, "blocks", None) for part in given):
+        return ()
+    return (f"no support on these sides of the box: {', '.join(free)}; blocks are free to leave there",)
 
 
 def _asks_for_key_blocks(loaded: LoadedModel) -> bool:

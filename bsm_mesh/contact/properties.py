@@ -117,8 +117,8 @@ class LawCatalogue:
         if (stiff := np.flatnonzero(rigid)).size:
             a, b = int(block_a[stiff[0]]), int(block_b[stiff[0]])
             raise ModelError(
-                f"blocks {a} and {b} moved onto each other at faces without a joint, and their rocks are rigid; give "
-                "default_joint = ..., the joint of all faces without one, or the rock young and poisson"
+                f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
+                "or default_joint = ..., the joint of all faces without one"
             )
 
     def closure_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:

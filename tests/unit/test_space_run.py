@@ -88,6 +88,7 @@ def test_check_reports_on_blocks_and_refuses_what_run_refuses(case: Case) -> Non
     assert "the model is valid blocks 3 volume (least, median, greatest) 2, 4, 6 m3 total volume 12 m3" in said
     assert "joint J1 4.619 m2 unjointed rock 4 m2" in said
     assert "excavation lid 1 block stage lid off 2 blocks slivers" in said
+    assert "no support on these sides of the box: west, east, south, north; blocks are free to leave there" in said
     told = json.loads(case.run("check", "slope.toml", "--json").out)
     assert told["touching_pairs"] == 0
     assert (told["weight"], told["supported_blocks"], told["unsupported"]) == (pytest.approx(12 * 26e3), 1, [])

@@ -153,4 +153,4 @@ def test_bricks_of_the_wall_may_fall_onto_free_faces(case: Case) -> None:
     change(case, "mine", 'default_joint = "bed"', "")
     note = "outer faces of rigid rock without a joint: where a block reaches one, a run ends with an error"
     assert note in case.run("check", "mine/model.toml").out
-    case.refuses("run", "mine/model.toml", "-q", says=["moved onto each other at faces without a joint"])
+    case.refuses("run", "mine/model.toml", "-q", says=["meet without a joint and their rocks are rigid"])
