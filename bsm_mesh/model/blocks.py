@@ -143,7 +143,7 @@ class Blocks(Portable):
         Parameters
         ----------
         polygons : sequence of (k, 2) array_like [m]
-            Corners of each block in order, first corner not repeated.
+            Corners of each block in order; the first may be repeated at the end, as in GeoJSON and Shapely.
         rock : str or sequence of str
             Name of the rock of all blocks, or one name a block.
         merge_tolerance : float [m]
@@ -330,6 +330,8 @@ def _as_corners(polygons: Sequence[npt.ArrayLike]) -> list[FloatArray]:
         elif not (near := np.abs(array) < FARTHEST).all():
             corner = int(np.argmin(near.all(axis=1)))
             faults.append(f"block {b}: corner {corner} has coordinates that are no numbers below {FARTHEST:g} m")
+        elif len(array) > 3 and (array[0] == array[-1]).all():
+            array = array[:-1]
         corners.append(array)
     raise_faults(faults)
     if not corners:

@@ -40,6 +40,10 @@ def test_from_polygons_keeps_order_rocks_and_nodes():
     assert b.owner.tolist() == [0] * 4 + [1] * 4 + [2] * 3
 
 
+def test_closed_rings_of_geojson_and_shapely_are_outlines():
+    assert_array_equal(blocks([*SQUARE, SQUARE[0]]).vertices, blocks(SQUARE).vertices)
+
+
 def test_clockwise_outlines_are_turned_round():
     assert_allclose(blocks(SQUARE[::-1]).moments.area, [1.0])
 
@@ -70,8 +74,8 @@ def test_a_read_only_view_of_a_writable_array_is_copied():
         ("abc", "block 1: needs at least 3 corners"),
         ([(0, 0), (1, np.nan), (0, 1)], "block 1: corner 1 has coordinates that are no numbers below 1e+12 m"),
         (
-            [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)],
-            "block 1: edge 4 at (0, 0) has length 0 m; merge duplicate corners (tolerance 1e-09 m)",
+            [(0, 0), (1, 0), (1, 1), (0, 1), (0, 1)],
+            "block 1: edge 3 at (0, 1) has length 0 m; merge duplicate corners (tolerance 1e-09 m)",
         ),
         ([(0, 0), (1, 0), (2, 0)], "block 1 at (0, 0): encloses no area: corners on a line, or crossing"),
         (
@@ -87,7 +91,7 @@ def test_bad_outlines_are_named(polygon, message):
 
 def test_every_bad_outline_is_listed():
     with pytest.raises(bsm.ModelError) as caught:
-        blocks([(0, 0), (1, 0), (2, 0)], SQUARE, [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)])
+        blocks([(0, 0), (1, 0), (2, 0)], SQUARE, [(0, 0), (1, 0), (1, 1), (0, 1), (0, 1)])
     assert len(caught.value.faults) == 2
     assert "2 faults:" in str(caught.value)
 
