@@ -42,7 +42,7 @@ def plastic_collapse(equations: Equations, at: Iterate, start: FloatArray) -> fl
     start : (N,) float64 [m]
         Displacements at the start.
     """
-    if at.plastic is None or not at.plastic.yields.any():
+    if equations.large is not None or at.plastic is None or not at.plastic.yields.any():
         return None
     distance = distance_left(equations, at, start)
     try:

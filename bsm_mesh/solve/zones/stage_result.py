@@ -32,7 +32,10 @@ NO_EQUILIBRIUM = (
     "equilibrium; give zones displacement = 'large' to follow the blocks, or leave zones out"
 )
 LARGER = "for larger ones give zones displacement = 'large', or leave zones out"
-NO_LARGE_EQUILIBRIUM = "no equilibrium was found in the zones; leave zones out to see whether blocks fall"
+NO_LARGE_EQUILIBRIUM = (
+    "no equilibrium was found in the zones; displacements are those of the last one, or where motion ended; leave "
+    "zones out to see whether blocks fall"
+)
 NO_YIELDED_EQUILIBRIUM = (
     "no equilibrium was found in the zones, whose rock yields; small displacement (displacement = 'small') shows "
     "whether it yields without end, and rigid blocks (without zones) whether blocks fall"

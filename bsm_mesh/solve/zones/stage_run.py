@@ -20,6 +20,7 @@ from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
 from bsm_mesh.solve.zones.large_water import water_forces, wetted
+from bsm_mesh.solve.zones.last_known import last_known
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.loose_blocks import loose
 from bsm_mesh.solve.zones.moved_supports import carried, slid_on, slip_begun, steps
@@ -169,12 +170,12 @@ class StageRun:
             if self.near is not None and part == parts[-1]:
                 state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
                 equations = broken_at(equations, state.u)
-            start = state.u
+            begun, start = equations, state.u
             equations, at, converged = self._moved(equations, at, present)
             apart = [] if converged or self.fall else loose(self.of, equations, at, present)
-            if not converged and equations.large is None:
+            if not converged and self.fall is None:
                 collapse, astray = plastic_collapse(equations, at, start), at.u - start
-                at = at if collapse else equations.at(start, equations.free.none)
+                equations, at = last_known(begun, equations, at, state.u, start, collapses=collapse is not None)
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.joints, state.history = at.u, equations.joints, equations.history
             state.bolts = equations.bolts
@@ -183,12 +184,11 @@ class StageRun:
             if not converged:
                 break
         self.reactions = held.rows.T @ at.multipliers
-        plastic = equations.plastic
-        if plastic is not None and at.plastic is not None and not converged:
-            plastic = plastic.after(at.plastic)  # stresses of the last state, not those of elastic rock there
+        if equations.plastic is not None and at.plastic is not None and not converged:
+            equations = replace(equations, plastic=equations.plastic.after(at.plastic))  # not stresses of elastic rock
         if state.water is not None and of.discretization.large:
             state.water, loads = self._water(state.water.load.water), self.loads_on(present)
-        end = self.end_at(name, present, replace(equations, plastic=plastic), at, loads, converged)
+        end = self.end_at(name, present, equations, at, loads, converged)
         end = replace(end, loose=apart, fall=self.fall, collapse=collapse, astray=astray, held_back=held_back)
         return replace(end, leaves=converged and equations.leaves(at))
 
