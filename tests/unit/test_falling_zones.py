@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -83,6 +85,16 @@ def test_a_block_that_slides_on_is_followed_up_to_the_limit(monkeypatch):
     assert 0 < far[0] < far[len(far) // 2] < 0.3 < far[-1]
     assert (stage.status, stage.reason) == ("unstable", "a block moved more than 0.3 m")
     assert 0.3 < np.abs(stage.displacement[1, 0]) < 0.5
+
+
+def test_blocks_without_equilibrium_are_where_they_were_last_at_rest():
+    """Rock without mass is not followed. A load pushes the block over its friction; an iteration took it 0.6 m away."""
+    load = bsm.PointLoad(block=1, point=(0.5, 0.5), force=(2e4, -2e4))
+    model = meeting([FLOOR, ON_IT], young=1e10, loads=[load])
+    light = model.replace(rocks=[dataclasses.replace(rock, unit_weight=0.0) for rock in model.rocks])
+    stage = bsm.run(light).stages[0]
+    assert stage.status == "not_converged"
+    assert not stage.displacement.any()
 
 
 def test_what_moved_before_it_came_to_rest_is_said():
