@@ -25,7 +25,7 @@ Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
 Finished: TypeAlias = "Callable[[Results], None]"
 TURNED_OVER = "record turned over"
-SILENCE = 3.0  # s between reports of one motion
+SILENCE = 3.0  # s between reports of one work
 Output: TypeAlias = "str | os.PathLike[str] | Literal[False] | None"
 
 

@@ -142,9 +142,10 @@ def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = N
 
 @contextlib.contextmanager
 def gmsh_as_found(name: str) -> Iterator[None]:
-    """Let a script start Gmsh: it finds no entities of others, and Gmsh is afterwards as it was before.
+    """Let a script start Gmsh: it finds no entities of others, and leaves none to the next mesh.
 
-    A script that fails, or that does not end Gmsh, leaves no entities to the next mesh. Other threads wait.
+    Gmsh is ended afterwards if it was not open before, also where the script fails. A caller's open Gmsh has its own
+    model again, unless the script ended Gmsh. Other threads wait.
     """
     with _ONE_AT_A_TIME, contextlib.ExitStack() as closing:
         gmsh = sys.modules.get("gmsh")

@@ -23,7 +23,8 @@ import numba
 import bsm_mesh
 from bsm_mesh import compiled, kernel_files
 from bsm_mesh.files import remove
-from bsm_mesh.text.progress import SILENCE, Progress
+from bsm_mesh.solving import SILENCE
+from bsm_mesh.text.progress import Progress
 
 LIST = Path(__file__).parents[1] / "kernels.txt"
 MAX_PROCESSES = 4

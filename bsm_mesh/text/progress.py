@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Self
 
 from bsm_mesh import kernel_files
 from bsm_mesh.errors import one_line
+from bsm_mesh.solving import SILENCE
 from bsm_mesh.text.terminal import quietly, say
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
 
     from bsm_mesh.results.records import StepRecord
-
-SILENCE = 3.0  # s between lines of one work, piped
 
 
 class Progress:

@@ -105,7 +105,7 @@ class StageEnd:
     fall : Fall or None
         Blocks that fall.
     astray : (N,) float64 or None [m]
-        Displacements where a search with small displacement ended without equilibrium; `u` is the last equilibrium.
+        How far from the start of its part a search without equilibrium ended; `u` is as far as the stage is known.
     """
 
     name: str
