@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import os
+import re
 import sys
 import time
 from collections.abc import Iterator
@@ -41,6 +42,8 @@ def kernel_of(line: str) -> tuple[Any, tuple[Any, ...]]:
     name, _, types = line.partition(" ")
     module, _, function = f"bsm_mesh.{name}".rpartition(".")
     kernel = getattr(import_module(module), function)
+    for named in re.findall(r"(bsm_mesh[.\w]+)\.[A-Z]", types):  # modules of records and named tuples
+        import_module(named)
     names = {**vars(numba.types), "bool": numba.types.boolean, "bsm_mesh": bsm_mesh, "numba": numba}
     return kernel, eval(types, {"__builtins__": {}}, names)
 
