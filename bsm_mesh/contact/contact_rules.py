@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import IntArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.contact.history_transfer import (
     keep_one_active_dual,
@@ -16,6 +16,7 @@ from bsm_mesh.contact.history_transfer import (
     rows_of_pair,
     transfer_history,
 )
+from bsm_mesh.contact.inner_edges import slides_over
 from bsm_mesh.contact.narrow_phase import DROPPED, KEPT, UNDECIDED
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
@@ -40,6 +41,8 @@ def resolve_candidates(
     rules: Rules,
     rows: RecordArray,
     starts: IntArray,
+    given: FloatArray,
+    on_block: IntArray,
 ) -> RecordArray:  # pragma: no cover - compiled
     """Return the candidates that are kept, with their history: the first of `rows`, which change in place.
 
@@ -57,6 +60,10 @@ def resolve_candidates(
         Tolerances.
     rows, starts : records ROW, (k + 1,) int64
         Candidates of all pairs, and where each pair's begin (`narrow_phase.facing_rows`).
+    given : (n_vertices, 2) float64 [m]
+        The corners as given.
+    on_block : (n_vertices, 2) int32
+        Blocks on which edges lie flat (`inner_edges.edges_on_blocks`).
     """
     count = last = np.int64(0)  # the kernels below would be compiled for a constant too
     for p in range(pairs.shape[0]):
@@ -66,6 +73,10 @@ def resolve_candidates(
             continue
         h = min(blocks[i].size, blocks[j].size)
         here = rows[starts[p] : starts[p + 1]]
+        for k in range(here.size):
+            alone = here[k].parallel_edge < 0 and here[k].corner_gap == 0.0
+            if alone and slides_over(vertices, given, on_block, h, rules, here[k]):
+                here[k].corner_gap = rules.min_overlap * h
         _resolve_pair(vertices, blocks, active[first:last], h, band, rules, here)
         _find_opposing(vertices, h, rules, here, count)
         for k in range(here.size):

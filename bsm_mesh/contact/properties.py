@@ -10,6 +10,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
+from bsm_mesh.contact.corner_joints import edges_of_corners
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import compliance, least_depth
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, wear_length_of
@@ -164,6 +165,7 @@ class JointCatalogue(LawCatalogue):
     def __init__(self, model: Model) -> None:
         super().__init__(model)
         self._joint_of_edge = self._number[model.blocks.edge_joint]
+        self._jointed = self._joint_of_edge >= 0
         self._floor = least_depth(model.blocks)
 
     def look_up(
@@ -188,9 +190,12 @@ class JointCatalogue(LawCatalogue):
         ModelError
             Where two rigid rocks meet without a joint.
         """
+        own = sides[4]
+        if self._jointed.any() and not self._jointed.all():
+            own = self._edges_of_corners(placed, sides, directions)
         joints = self._joint_of_edge, self._default, self._joint_stiffness
         rocks = self._model.blocks.rock, self._floor, self._moduli
-        normal, shear, joint, kind = _in_series(placed, *sides, corners, directions, *joints, *rocks)
+        normal, shear, joint, kind = _in_series(placed, *sides[:4], own, corners, directions, *joints, *rocks)
         self.refuse_rigid(np.isinf(normal), *sides[:2])
         return ContactProperties(
             normal_stiffness=normal,
@@ -200,6 +205,15 @@ class JointCatalogue(LawCatalogue):
             tension=self._tension[kind],
             residual_tension=self._residual_tension[kind],
         )
+
+    def _edges_of_corners(self, placed: FloatArray, sides: tuple[IntArray, ...], directions: FloatArray) -> IntArray:
+        """Return the edge of the first block (m,) that gives the joint where the second one's edge has none."""
+        blocks, corner, edge, parallel = self._model.blocks, *sides[2:]
+        turn = placed[blocks.owner, 2]
+        x, y = directions.T
+        turned = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y], axis=1)
+        own = edges_of_corners(turned, self._jointed, blocks.preceding, corner, edge)
+        return np.where(parallel >= 0, parallel, own).astype(np.int32)
 
 
 def _different(laws: Sequence[JointLaw]) -> tuple[tuple[JointLaw, ...], IntArray]:

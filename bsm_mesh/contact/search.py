@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,9 +13,11 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.contact.broad_phase import near_pairs
 from bsm_mesh.contact.contact_rules import resolve_candidates
 from bsm_mesh.contact.history_transfer import ACTIVE
+from bsm_mesh.contact.inner_edges import edges_on_blocks
 from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
 from bsm_mesh.contact.rules import RULES, Rules
+from bsm_mesh.model.polygons import owner_of_corner
 
 __all__ = [
     "ActiveContacts",
@@ -30,6 +32,21 @@ __all__ = [
 
 
 PAIRS_AT_ONCE = 25_000  # pairs of blocks that a thread searches in one go
+
+
+class Slid(NamedTuple):
+    """Where blocks have slid from, and on what.
+
+    Attributes
+    ----------
+    given : (n_vertices, 2) float64 [m]
+        The corners as given.
+    on_block : (n_vertices, 2) int32
+        Blocks on which edges lie flat; -1: none.
+    """
+
+    given: FloatArray
+    on_block: IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -176,7 +193,13 @@ Columns = tuple[Any, ...]
 
 
 def detect_contacts(
-    outlines: Outlines, placed: FloatArray, active: ActiveContacts, band: float, *, rules: Rules = RULES
+    outlines: Outlines,
+    placed: FloatArray,
+    active: ActiveContacts,
+    band: float,
+    *,
+    rules: Rules = RULES,
+    slid: Slid | None = None,
 ) -> Candidates:
     """Return the contact candidates of placed blocks.
 
@@ -193,22 +216,37 @@ def detect_contacts(
         move in a step.
     rules : Rules
         Tolerances of the contact rules.
+    slid : Slid, optional
+        Where blocks have slid from; by default the outlines as given, and the active contacts.
     """
     vertices, blocks = records_at(outlines, placed, band)
     old = np.empty(len(active.key), dtype=ACTIVE)
     old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
     old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T
     pairs = near_pairs(vertices, blocks)
-    return Candidates(**dict(zip(NAMES, _resolved_candidates(vertices, blocks, pairs, old, band, rules), strict=True)))
+    owner = owner_of_corner(outlines.offsets)
+    if slid is None:
+        given = outlines.corners + outlines.centroid[owner]
+        slid = Slid(given=given, on_block=edges_on_blocks(vertices, owner, old, rules))
+    found = _resolved_candidates(vertices, blocks, pairs, (old, slid), band, rules)
+    return Candidates(**dict(zip(NAMES, found, strict=True)))
 
 
 def _resolved_candidates(
-    vertices: RecordArray, blocks: RecordArray, pairs: IntArray, old: RecordArray, band: float, rules: Rules
+    vertices: RecordArray,
+    blocks: RecordArray,
+    pairs: IntArray,
+    known: tuple[RecordArray, Slid],
+    band: float,
+    rules: Rules,
 ) -> Columns:
     """Return the fields of the candidates of pairs of blocks, in their order.
 
+    `known`: records ACTIVE, and where blocks have slid from.
+
     Pairs do not depend on each other: two threads share them, some at a time, so that their records take little memory.
     """
+    old, slid = known
     first = np.arange(0, max(len(pairs), 1), PAIRS_AT_ONCE)
     parts = [pairs[k : k + PAIRS_AT_ONCE] for k in first]
     split = [0, *np.searchsorted(old["pair"], key_of(*pairs[first[1:]].T)).tolist(), len(old)]
@@ -216,7 +254,7 @@ def _resolved_candidates(
     def resolved(part: int) -> Columns:
         rows, starts = facing_rows(vertices, blocks, parts[part], band, rules)
         active = old[split[part] : split[part + 1]]
-        kept = resolve_candidates(vertices, blocks, parts[part], active, band, rules, rows, starts)
+        kept = resolve_candidates(vertices, blocks, parts[part], active, band, rules, rows, starts, *slid)
         columns: Columns = _columns(kept)
         return columns
 

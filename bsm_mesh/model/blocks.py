@@ -205,6 +205,13 @@ class Blocks(Portable):
         return next_corner(self.offsets)
 
     @cached_property
+    def preceding(self) -> IntArray:
+        """Corner before of the same block, for every corner."""
+        found = np.empty_like(self.following)
+        found[self.following] = np.arange(len(found), dtype=found.dtype)
+        return found
+
+    @cached_property
     def owner(self) -> IntArray:
         """Block of every corner and edge."""
         return owner_of_corner(self.offsets)

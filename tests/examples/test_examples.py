@@ -30,7 +30,7 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "03_stratified_slope/dip_25_5.toml": ("stable", [], 2.9999, 3.0001, False),
     "03_stratified_slope/model.toml": ("stable", [], 2.9999, 3.0001, False),
     "03_stratified_slope/floor.toml": ("stable", [], 4.0, 5.5, False),
-    "03_stratified_slope/layered.toml": ("stable", [], 3.0, 3.6, False),
+    "03_stratified_slope/layered.toml": ("stable", [], 5.6, 6.2, False),
     "03_stratified_slope/mohr_coulomb.toml": ("stable", [], 0.0, 1e-5, True),
     "04_bolted_opening/unbolted.toml": ("unstable", [15], 0.6, 0.9, False),
     "04_bolted_opening/roof_bolt.toml": ("unstable", [10], 1.0, 4.0, False),

@@ -53,7 +53,7 @@ def test_history_of_two_goes_to_one_from_the_nearer():
     found = scene.detect()
     row = int(np.argmin(scene.placed[found.corner, 0]))  # at (1, 1)
     for points in ([(1.05, 1), (1.02, 1)], [(1.02, 1), (1.05, 1)]):
-        ended = active_on_top(found.pair[0], [1 << 20, 2 << 20], points)
+        ended = active_on_top(found.pair[0], [4 << 32, (4 << 32) + 1], points)
         assert scene.detect(ended).predecessor[row] == [x for x, _ in points].index(1.02)
         assert (scene.detect(ended).predecessor >= 0).sum() == 1
 
@@ -65,7 +65,7 @@ def test_history_that_a_nearer_contact_displaces_goes_to_the_next_candidate(firs
     found = scene.detect()
     points = np.array([(0.02, 0.0), (0.01, 0.0)])  # both nearer to the first
     order = [first, 1 - first]
-    ended = active_on_top(found.pair[0], [1 << 20, 2 << 20], points[order])
+    ended = active_on_top(found.pair[0], [4 << 32, (4 << 32) + 1], points[order])
     again = scene.detect(ended)
     at = scene.placed[again.corner, 0].round(6).tolist()
     assert {x: order[row] for x, row in zip(at, again.predecessor, strict=True)} == {0.0: 1, 0.05: 0}

@@ -17,6 +17,7 @@ from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.corner_joints import edges_of_corners
 from bsm_mesh.contact.outlines import Outlines
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ActiveContacts, Candidates, detect_contacts
@@ -85,14 +86,12 @@ def _corners_at_one_node(blocks: Blocks, clusters: IntArray) -> tuple[IntArray, 
     one, other = pairs.row, pairs.col
     apart = (blocks.owner[one] != blocks.owner[other]) & (clusters[one] != clusters[other])
     one, other = one[apart], other[apart]
-    preceding = np.empty(n, dtype=np.int64)
-    preceding[blocks.following] = np.arange(n)
-    corner, edge = np.concatenate([one, one]), np.concatenate([other, preceding[other]])
-    separates = _lies_outside(blocks, preceding, corner, edge)
+    corner, edge = np.concatenate([one, one]), np.concatenate([other, blocks.preceding[other]])
+    separates = _lies_outside(blocks, corner, edge)
     return corner[separates].astype(np.int32), edge[separates].astype(np.int32)
 
 
-def _lies_outside(blocks: Blocks, preceding: IntArray, corner: IntArray, edge: IntArray) -> BoolArray:
+def _lies_outside(blocks: Blocks, corner: IntArray, edge: IntArray) -> BoolArray:
     """Return whether both edges at a corner (k,) lie outside an edge (k,) that ends there.
 
     An edge in line with that edge, beyond its end, shares no length with it and carries nothing.
@@ -100,7 +99,7 @@ def _lies_outside(blocks: Blocks, preceding: IntArray, corner: IntArray, edge: I
     normal = _normals(blocks, edge)
     away = np.where(blocks.nodes[edge] == blocks.nodes[corner], 1.0, -1.0)[:, None] * blocks.edge_vectors[edge]
     outside = np.ones(len(corner), dtype=bool)
-    for end in (blocks.following[corner], preceding[corner]):
+    for end in (blocks.following[corner], blocks.preceding[corner]):
         along = blocks.vertices[end] - blocks.vertices[corner]
         height, limit = (along * normal).sum(axis=1), CONTACT_TOLERANCE * np.hypot(*along.T)
         beyond = (np.abs(height) <= limit) & ((along * away).sum(axis=1) < 0)
@@ -117,7 +116,9 @@ def _normals(blocks: Blocks, edge: IntArray) -> FloatArray:
 
 def _table(model: Model, corner: IntArray, edge: IntArray, length: FloatArray) -> ContactTable:
     """Return contacts of corners on edges, each with a length [m]."""
-    blocks = model.blocks
+    blocks, defined = model.blocks, [joint.name for joint in model.joints]
+    directions = blocks.edge_vectors / np.hypot(*blocks.edge_vectors.T)[:, None]
+    own = edges_of_corners(directions, blocks.edge_joint >= 0, blocks.preceding, corner, edge)
     nothing = np.zeros(len(corner))
     return ContactTable(
         block_a=blocks.owner[corner],
@@ -128,5 +129,5 @@ def _table(model: Model, corner: IntArray, edge: IntArray, length: FloatArray) -
         length=length,
         normal_stiffness=nothing,
         shear_stiffness=nothing,
-        joint=joints_of_edges(blocks, [joint.name for joint in model.joints], model.default_joint, corner, edge),
+        joint=joints_of_edges(blocks, defined, model.default_joint, own, edge),
     )

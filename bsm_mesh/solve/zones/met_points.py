@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.corner_joints import edges_of_corners
 from bsm_mesh.contact.rules import RULES
-from bsm_mesh.contact.search import ActiveContacts, Candidates, key_of
+from bsm_mesh.contact.search import ActiveContacts, Candidates, Slid, key_of
 from bsm_mesh.model.face_stiffness import joints_of_edges
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState
 from bsm_mesh.solve.zones.moving_points import SLID, Met, MovingPoints, Places
@@ -118,7 +119,7 @@ def met(
     points = Met(
         corner=np.concatenate([known.corner, found.corner]).astype(np.int32),
         length=np.concatenate([known.length, length]),
-        joint=np.concatenate([known.joint, _joint_of(joints.faces, found)]).astype(np.int32),
+        joint=np.concatenate([known.joint, _joint_of(joints.faces, found, where)]).astype(np.int32),
         block=np.concatenate([known.block, blocks]).astype(np.int32),
     )
     every = np.concatenate([np.arange(count), count + rows, np.where(again, count + found.known, -1)])
@@ -142,11 +143,12 @@ def begun_between(
     return replace(history, slip=slip, offset=np.where(fresh, np.minimum(history.offset, before), history.offset))
 
 
-def _joint_of(faces: ZoneFaces, found: Meetings) -> IntArray:
-    """Return the joints of meetings: as contacts of rigid blocks have them."""
+def _joint_of(faces: ZoneFaces, found: Meetings, where: FloatArray) -> IntArray:
+    """Return the joints of meetings at places of nodes (n, 2): as contacts of rigid blocks have them."""
     model, e, v = faces.model, found.edge, found.corner
-    names = [joint.name for joint in model.joints]
-    joint = joints_of_edges(model.blocks, names, model.default_joint, faces.edge[v], faces.edge[e])
+    names, jointed = [joint.name for joint in model.joints], model.blocks.edge_joint[faces.edge] >= 0
+    own = edges_of_corners(_directions(faces, where)[0], jointed, faces.preceding, v, e)
+    joint = joints_of_edges(model.blocks, names, model.default_joint, faces.edge[own], faces.edge[e])
     rock = number_between(model, faces.block[e], faces.block[v])
     return np.where(joint >= 0, joint, np.where(rock >= 0, rock, whole_rock(model)))
 
@@ -192,7 +194,8 @@ def _meetings(
     faces = joints.faces
     reach = max(band, RULES.new_penetration * faces.size)
     active, order = _active(joints, where, pressure)
-    near = faces.near(where, reach, active)
+    on_block = np.stack(_represented(joints), axis=1).astype(np.int32)
+    near = faces.near(where, reach, active, Slid(joints.as_given[faces.node], on_block))
     a, b, v, e = near.block_a, near.block_b, near.corner, near.edge
     size = np.minimum(np.sqrt(faces.model.blocks.moments.area), faces.size)
     h = np.minimum(size[a], size[b])
@@ -291,10 +294,7 @@ def _lengths(
     """Return the lengths of corners on faces along their own, (m,) [m], and which have a point, (m,)."""
     faces = joints.faces
     following, preceding = faces.following, faces.preceding
-    corner = where[faces.node]
-    along = corner[following] - corner
-    span = np.hypot(*along.T)
-    along /= span[:, None]
+    corner, (along, span) = where[faces.node], _directions(faces, where)
     v, e, t = near.corner, near.edge, along[near.edge]
     turn = _sine(along[preceding[v]], along[v])
     flat = np.abs(turn) <= RULES.parallel
@@ -319,6 +319,14 @@ def _lengths(
         total += np.where(lies & ~known, np.minimum(room, np.maximum(reach, 0.0)), 0.0) / 2
     begun, ended = (of[e] >= 0 for of in (starts, ends))
     return total, covered | (flat & (begun | ended)) | flat
+
+
+def _directions(faces: ZoneFaces, where: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return unit directions (v, 2) and lengths (v,) [m] of the edges that start at corners, at places of nodes."""
+    corner = where[faces.node]
+    along = corner[faces.following] - corner
+    span: FloatArray = np.hypot(*along.T)
+    return along / span[:, None], span
 
 
 def _represented(joints: MovingPoints) -> tuple[IntArray, IntArray]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
-from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, detect_contacts
+from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, Slid, detect_contacts
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.face_chains import FaceChains
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
@@ -103,10 +103,10 @@ class ZoneFaces:
         found: FloatArray = RULES.min_overlap * np.minimum(size[one], size[other])
         return found
 
-    def near(self, where: FloatArray, band: float, active: ActiveContacts) -> Candidates:
+    def near(self, where: FloatArray, band: float, active: ActiveContacts, slid: Slid) -> Candidates:
         """Return the corners within a band [m] of edges of other blocks, where nodes are at `where` (k, 2) [m].
 
-        `active`: contacts that carry force.
+        `active`: contacts that carry force; `slid`: where corners have slid from.
         """
         corners = where[self.node]
         along = corners[self.following] - corners
@@ -122,7 +122,7 @@ class ZoneFaces:
             block_size=size,
             size=self.size,
         )
-        return detect_contacts(outlines, np.zeros((len(size), 3)), active, band, rules=ZONE_RULES)
+        return detect_contacts(outlines, np.zeros((len(size), 3)), active, band, rules=ZONE_RULES, slid=slid)
 
     def share_nodes(self, corner: IntArray, block: IntArray) -> BoolArray:
         """Return which corners (k,) are at nodes of a block (k,) too: both are one piece of rock there."""

@@ -40,7 +40,7 @@ def _beside(
     narrow: float,
 ) -> BoolArray:  # pragma: no cover - compiled
     """Return `beside_flats` for polygons whose rows end at `ends`; in `order` they are in groups of two blocks."""
-    beside = np.zeros(flat.size, np.bool_)
+    beside, point = np.zeros(flat.size, np.bool_), np.empty(3)
     for g in range(groups.size - 1):
         for k in range(groups[g], groups[g + 1]):
             q = order[k]
@@ -54,9 +54,11 @@ def _beside(
                 if rows[c, 12] > least + narrow:
                     continue
                 on = False
+                for u in range(3):
+                    point[u] = (rows[c, 3 + u] + rows[c, 6 + u]) / 2
                 for m in range(groups[g], groups[g + 1]):
                     p = order[m]
-                    on = covers[p] and _lies_on(rows, c, ends[p], ends[p + 1], narrow)
+                    on = covers[p] and lies_on(point, rows, ends[p], ends[p + 1], narrow)
                     if on:
                         break
                 if not on:
@@ -66,10 +68,10 @@ def _beside(
 
 
 @njit()
-def _lies_on(
-    rows: FloatArray, corner: int, first: int, last: int, narrow: float
+def lies_on(
+    point: FloatArray, rows: FloatArray, first: int, last: int, narrow: float
 ) -> bool:  # pragma: no cover - compiled
-    """Return whether a corner lies on the polygon of rows ``first:last``, both midway between the two faces."""
+    """Return whether a point lies on the polygon of rows ``first:last``, which is midway between its two faces."""
     normal = rows[first, 9:12]
     left, right, nearest = True, True, np.inf
     place, edge, arm = np.empty(3), np.empty(3), np.empty(3)
@@ -78,7 +80,7 @@ def _lies_on(
         for u in range(3):
             place[u] = (rows[k, 3 + u] + rows[k, 6 + u]) / 2
             edge[u] = (rows[following, 3 + u] + rows[following, 6 + u]) / 2 - place[u]
-            arm[u] = (rows[corner, 3 + u] + rows[corner, 6 + u]) / 2 - place[u]
+            arm[u] = point[u] - place[u]
         height, long, along, turn = 0.0, 0.0, 0.0, 0.0
         for u in range(3):
             v, w = (u + 1) % 3, (u + 2) % 3

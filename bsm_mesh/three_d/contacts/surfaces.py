@@ -20,6 +20,7 @@ from bsm_mesh.three_d.contacts.beside_flats import beside_flats
 from bsm_mesh.three_d.contacts.clipping import PARALLEL, clipped, facing_faces, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import depths, points_of, reaches
 from bsm_mesh.three_d.contacts.history import SLOTS, PolygonPoints, keys_of
+from bsm_mesh.three_d.contacts.inner_edges import heights_of_edges
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -91,9 +92,13 @@ class Surfaces:
         sizes, rows = clipped(faces, corners, offsets, normal, slide)
         faces, sizes = faces[sizes > 0], sizes[sizes > 0]
         rows, faces, sizes, least = _near(rows, faces, sizes, band, narrow)
+        flat, touch = _are_flat(*normal[faces.T]), np.abs(least) <= narrow
+        slide = self._slides(position, corners[offsets[faces[:, 0]]], block[faces])
+        there = corners[offsets[faces]], normal[faces]
+        rows = _at_inner_edges(rows, sizes, block[faces], (flat, touch), there, slide, narrow)
+        least = np.minimum.reduceat(rows[:, 12], np.cumsum(sizes) - sizes) if len(sizes) else least
         overlap = self._overlaps(position, self._cell[faces], least < -narrow)
         kept = least >= -overlap - narrow  # deeper ones have come from the other side
-        flat, touch = _are_flat(*normal[faces.T]), np.abs(least) <= narrow
         kept &= ~beside_flats(rows, sizes, block[faces], flat, touch, narrow)
         rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
         return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
@@ -145,7 +150,7 @@ class Surfaces:
         polygons = ContactPolygons(
             block_a=block[one],
             block_b=block[other],
-            joint=_joints(self.blocks, face[one], face[other]),
+            joint=self._joints(faces, normal),
             face=face[other],
             corners=rows[:, :3],
             offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
@@ -186,6 +191,33 @@ class Surfaces:
         made = made.turned_over(found[:, 13] > 0, turned(-found[:, 9:12], -position[a, 3:]))
         return made.some(np.argsort(made.key, kind="stable"))
 
+    def _joints(self, faces: IntArray, normal: FloatArray) -> IntArray:
+        """Return the joints of pairs of surfaces (q, 2): that of the second, else of the first, (q,); of none -1.
+
+        Where both have none and meet at an angle, it is that of the face of either block that faces the other most.
+        """
+        joints = self.blocks.face_joint[self._sides[0]]
+        first, second = joints[faces].T
+        joint: IntArray = np.where(second >= 0, second, first)
+        bare = np.flatnonzero((joint < 0) & ~_are_flat(*normal[faces.T]))
+        if len(bare) and (joints >= 0).any():
+            one, other = faces[bare].T
+            first, second = joints[self._facing(one, other, normal)], joints[self._facing(other, one, normal)]
+            joint[bare] = np.where(first >= 0, first, second)
+        return joint
+
+    def _facing(self, one: IntArray, other: IntArray, normal: FloatArray) -> IntArray:
+        """Return the surfaces of the blocks of surfaces (q,) that are most opposed to other surfaces (q,)."""
+        _, block, start, *_ = self._sides
+        sizes = np.diff(start)[block[one]]
+        mine = spread(start[block[one]], sizes)
+        cosine = np.einsum("ij,ij->i", normal[mine], np.repeat(normal[other], sizes, axis=0))
+        first = np.cumsum(sizes) - sizes
+        least = np.repeat(np.minimum.reduceat(cosine, first), sizes)
+        places = np.where(cosine <= least, np.arange(len(mine)), len(mine))
+        found: IntArray = mine[np.minimum.reduceat(places, first)]
+        return found
+
     def _slides(self, position: FloatArray, point: FloatArray, pair: IntArray) -> FloatArray:
         """Return the movements of the first of pairs of blocks (q, 2) against the second at points, (q, 3) [m]."""
         centroid = self.blocks.moments.centroid
@@ -212,6 +244,40 @@ def _near(
     return rows, faces, sizes, least
 
 
+def _at_inner_edges(
+    rows: FloatArray,
+    sizes: IntArray,
+    blocks: IntArray,
+    kinds: tuple[BoolArray, BoolArray],
+    there: tuple[FloatArray, FloatArray],
+    slide: FloatArray,
+    narrow: float,
+) -> FloatArray:
+    """Return rows that have the normal of the other face where a face ends in the plane of a flat contact.
+
+    Where a slid against b, by `slide` (q, 3) [m], it is only the normal of a face along which a slid more. Before any
+    slide it is that of the face beyond the edge that is nearer to its plane.
+
+    `kinds`: which polygons are flat, and which touch; `there`: of both faces a corner and the normal, (q, 2, 3).
+    """
+    (corner, normal), of = there, np.repeat(np.arange(len(sizes)), sizes)
+    mean = normal[:, 1] - normal[:, 0]
+    over = [_over(rows[:, :3], mean[of], corner[of, side], normal[of, side]) for side in (0, 1)]
+    height = heights_of_edges(rows, (over[0], over[1]), sizes, blocks, *kinds, narrow)
+    across = np.abs(np.einsum("qsj,qj->qs", normal, slide))[of]
+    moved = np.abs(np.diff(across)) > narrow
+    less = np.where(moved, across[:, ::-1], height)
+    chosen = (np.isfinite(height) & (less < less[:, ::-1])).T
+    found = rows.copy()
+    for side, k in enumerate(map(np.flatnonzero, chosen)):
+        across = normal[of[k], 1] if side == 0 else -normal[of[k], 0]
+        apart = over[0][k] - over[1][k]
+        gap = np.einsum("ij,ij->i", apart, across)[:, None]
+        points = (over[0][k], over[0][k] - gap * across) if side == 0 else (over[1][k] + gap * across, over[1][k])
+        found[k, 3:] = np.hstack([*points, across, gap, np.full_like(gap, side)])
+    return found
+
+
 def _are_flat(one: FloatArray, other: FloatArray) -> BoolArray:
     """Return which pairs of faces, by their normals (q, 3), touch flat."""
     flat: BoolArray = (np.cross(one, other) ** 2).sum(axis=1) < PARALLEL**2
@@ -223,9 +289,3 @@ def _over(point: FloatArray, mean: FloatArray, corner: FloatArray, normal: Float
     height = np.einsum("ij,ij->i", corner - point, normal) / np.einsum("ij,ij->i", mean, normal)
     found: FloatArray = point + height[:, None] * mean
     return found
-
-
-def _joints(blocks: Polyhedra, one: IntArray, other: IntArray) -> IntArray:
-    """Return the joints of pairs of faces: that of the second, else of the first, (k,); of none -1."""
-    joint: IntArray = np.where(blocks.face_joint[other] >= 0, blocks.face_joint[other], blocks.face_joint[one])
-    return joint
