@@ -179,7 +179,7 @@ def _asks_for_key_blocks(loaded: LoadedModel) -> bool:
 
 
 def _free_rigid_faces(model: Model) -> tuple[str, ...]:
-    """Return a note on outer faces of rigid rock without a joint: no run can continue where a block reaches one."""
+    """Return a note on outer faces of rigid rock without a joint: no run can continue where two meet."""
     blocks = model.blocks
     rigid = np.isin(blocks.rock_names, [rock.name for rock in model.rocks if np.isinf(rock.contact_moduli[0])])
     outer = blocks.outer_edges
@@ -187,7 +187,7 @@ def _free_rigid_faces(model: Model) -> tuple[str, ...]:
     if not bare or model.default_joint is not None or has_zones(model):
         return ()
     return (
-        f"{counted(bare, 'outer face')} of rigid rock without a joint: where a block reaches one, a run ends with an "
+        f"{counted(bare, 'outer face')} of rigid rock without a joint: where two of them meet, a run ends with an "
         "error; give default_joint",
     )
 

@@ -52,7 +52,7 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "drained_slope/undrained.toml": ("unstable", None, 5e-3, 1.0, None),
     "cassiar_slope/model.toml": ("stable", [], 0.01, 0.3, None),
     "cassiar_slope/mohr_coulomb.toml": ("stable", [], 0.01, 0.3, None),
-    "cassiar_slope/high_water.toml": ("stable", [], 0.5, 0.75, None),
+    "cassiar_slope/high_water.toml": ("stable", [], 0.65, 0.8, None),
     "cassiar_slope/ten_blocks.toml": ("stable", [], 0.01, 0.3, None),
     "incline/model.toml": ("stable", [], 0.039, 0.041, True),
     "incline/slides.toml": ("unstable", [1], 10.0, 20.0, False),

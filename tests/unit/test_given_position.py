@@ -52,27 +52,6 @@ def test_a_block_that_slides_to_a_stop_of_rock():
     assert [row[0] for row in joint_rows(results)] == ["bed", "unjointed rock"]
 
 
-def test_a_block_that_slides_onto_a_free_face_is_held_there_without_a_limit():
-    """Friction of 15 degrees, on from 40 to 25: the foot sticks to the face without a joint; with one it slides on."""
-    along = np.array([np.cos(np.radians(40)), np.sin(np.radians(40))])
-    foot = 14 * np.tan(np.radians(25))
-    low, high = [(-14, -foot), (-14, -14), (0, -14), (0, 0)], [(0, 0), (0, -14), (8 * along[0], -14), tuple(8 * along)]
-    slab = turned(rectangle(1, 0, 3, 0.8), 40.0)
-    blocks = bsm.Blocks.from_polygons([low, high, slab], rock="rock")
-    blocks = blocks.with_joint("bed", lambda x, y: abs(y * along[0] - x * along[1]) < 1e-9)
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("rock", unit_weight=25e3, young=20e9, poisson=0.25)],
-        joints=[bsm.Joint("bed", 1e9, 1e9, law=bsm.MohrCoulomb(friction=15))],
-        supports=[bsm.Fixed(blocks=[0, 1])],
-    )
-    (note,) = notes(bsm.run(model, CONTINUATION))
-    assert "1 contact outside of the joints holds them without a limit of strength" in note
-    assert "between blocks 0 and 2" in note
-    assert "give these faces a joint (default_joint)" in note
-    assert bsm.run(model.replace(default_joint="bed"), CONTINUATION).status == "unstable"
-
-
 def test_without_a_stop_or_with_strength_nothing_is_told_of_contacts():
     """Friction of 45 degrees holds the block; rock with strength has a limit, and no contact is named."""
     assert notes(on_a_plane(45.0)) == []
