@@ -14,20 +14,18 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
-CORNER = np.int64(32)  # bits of a key's second number
-
 
 @njit(nogil=True)
 def edges_on_blocks(
     vertices: RecordArray, owner: IntArray, active: RecordArray, rules: Rules
 ) -> IntArray:  # pragma: no cover - compiled
-    """Return two blocks on which each edge lies flat, by the active contacts, (n_vertices, 2); -1: none.
+    """Return two blocks on which each edge lies flat, (n_vertices, 2); -1: none.
 
-    Of more than two blocks only two are there.
+    The active contacts say so, also those without pressure. Of more than two blocks only two are there.
     """
     found = np.full((owner.size, 2), -1, np.int32)
     for q in range(active.size):
-        v, e = active[q].key >> CORNER, active[q].key & 0xFFFFFFFF
+        v, e = active[q].key >> 32, active[q].key & 0xFFFFFFFF
         for side in range(2):
             f = v if side == 0 else vertices[v].preceding
             one, other = vertices[f], vertices[e]

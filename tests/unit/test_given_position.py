@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.results.evidence import Proof
@@ -50,6 +51,37 @@ def test_a_block_that_slides_to_a_stop_of_rock():
     stop = c.joint < 0
     assert f"carries {(-c.normal_force / c.length)[stop].max() / 1e6:.3g} MPa of pressure" in note
     assert [row[0] for row in joint_rows(results)] == ["bed", "unjointed rock"]
+
+
+def onto_a_free_face(rock: bsm.Rock) -> bsm.Model:
+    """Return a slab at 40 degrees above ground at 25. Only faces of the upper ground have a joint, with friction 15."""
+    along = np.array([np.cos(np.radians(40)), np.sin(np.radians(40))])
+    foot = 14 * np.tan(np.radians(25))
+    low, high = [(-14, -foot), (-14, -14), (0, -14), (0, 0)], [(0, 0), (0, -14), (8 * along[0], -14), tuple(8 * along)]
+    blocks = bsm.Blocks.from_polygons([low, high, turned(rectangle(1, 0, 3, 0.8), 40.0)], rock="rock")
+    blocks = blocks.with_joint("bed", lambda x, y: abs(y * along[0] - x * along[1]) < 1e-9)
+    blocks = blocks.with_joint("bed", lambda x, y: abs(x) < 1e-9)
+    return bsm.Model(
+        blocks=blocks.with_edge_joints(np.where(blocks.owner == 1, blocks.edge_joint, -1), blocks.joint_names),
+        rocks=[rock],
+        joints=[bsm.Joint("bed", 1e9, 1e9, law=bsm.MohrCoulomb(friction=15))],
+        supports=[bsm.Fixed(blocks=[0, 1])],
+    )
+
+
+def test_a_block_whose_own_faces_have_no_joint_is_held_on_a_free_face_without_a_limit():
+    """Its foot sticks to the face, as both have elastic rock; with a joint of all faces it slides on."""
+    model = onto_a_free_face(bsm.Rock("rock", unit_weight=25e3, young=20e9, poisson=0.25))
+    (note,) = notes(bsm.run(model, CONTINUATION))
+    assert "1 contact outside of the joints holds them without a limit of strength" in note
+    assert "between blocks 0 and 2" in note
+    assert "give these faces a joint (default_joint)" in note
+    assert bsm.run(model.replace(default_joint="bed"), CONTINUATION).status == "unstable"
+
+
+def test_rigid_blocks_cannot_meet_where_neither_has_a_joint():
+    with pytest.raises(bsm.ModelError, match="meet without a joint and their rocks are rigid"):
+        bsm.run(onto_a_free_face(bsm.Rock("rock", unit_weight=25e3)), CONTINUATION)
 
 
 def test_without_a_stop_or_with_strength_nothing_is_told_of_contacts():

@@ -1,5 +1,8 @@
 """Blocks that slide from one block of ground onto another, at an angle: the next one's corner is no obstacle."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 import bsm_mesh as bsm
@@ -28,11 +31,23 @@ def test_so_it_does_in_space(loose, bare, seen):
 
 
 @pytest.mark.parametrize("space", [False, True])
-def test_a_slab_stops_below_a_kink_that_is_flatter_than_its_friction(space):
-    """It rests flat on the lower plane."""
-    scene = KinkedPlane(friction=25.0, upper=35.0, lower=10.0, gap=0.05, length=1.0, height=0.5)
+def test_a_slab_stops_behind_a_kink_where_the_plane_below_is_flatter_than_its_friction(space):
+    """Its foot passes the kink. In the plane it lies flat below at last; in space friction holds it on both planes."""
+    scene = KinkedPlane(friction=25.0, upper=35.0, lower=10.0, gap=1.0, length=0.6, height=0.3)
     results = bsm.run(scene.in_space() if space else scene.model())
     assert results.status.value == "stable"
+    moved = results.stages[-1].displacement[2]
+    assert np.hypot(moved[0], moved[2 if space else 1]) > scene.gap + 0.05
+    if not space:
+        assert np.degrees(moved[2]) == pytest.approx(scene.lower - scene.upper, abs=0.01)
+
+
+@pytest.mark.slow
+def test_a_slab_of_zones_slides_over_the_kink_of_held_ground():
+    model = KinkedPlane(**STEEP, bare=True, gap=0.05).model()
+    zones = bsm.Zones(size=2.0, displacement="large")
+    results = bsm.run(model.replace(rocks=[replace(model.rocks[0], zones=zones)]))
+    assert results.unstable_blocks.tolist() == [2]
 
 
 def test_a_face_stops_at_a_corner_above_the_plane_by_a_fiftieth_of_a_block():
