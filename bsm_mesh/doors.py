@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from bsm_mesh.folder.result_objects import to_meshio, to_pyvista
     from bsm_mesh.folder.result_tables import OutputForm, to_pandas
     from bsm_mesh.folder.storage import load_results, save_results
-    from bsm_mesh.pages.notebook import model_html, results_html
+    from bsm_mesh.pages.notebook import model_html, results_html, safety_html
     from bsm_mesh.pictures.plotting import plot_model, plot_results
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "plot_model",
     "plot_results",
     "results_html",
+    "safety_html",
     "save_results",
     "to_meshio",
     "to_pandas",
@@ -36,6 +37,7 @@ HOMES = {
     "plot_model": "bsm_mesh.pictures.plotting",
     "plot_results": "bsm_mesh.pictures.plotting",
     "results_html": "bsm_mesh.pages.notebook",
+    "safety_html": "bsm_mesh.pages.notebook",
     "save_results": "bsm_mesh.folder.storage",
     "to_meshio": "bsm_mesh.folder.result_objects",
     "to_pandas": "bsm_mesh.folder.result_tables",

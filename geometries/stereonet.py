@@ -63,8 +63,7 @@ def draw_stereonet(
     for radius, style, what in friction_circles(friction):
         axes.plot(radius * np.sin(round_), radius * np.cos(round_), style, color="firebrick", lw=1, label=what)
     if face is not None:
-        label = f"slope {face[0]:.0f}/{face[1]:03.0f}"
-        axes.plot(*project(great_circle(*face)).T, color="black", lw=2, label=label)
+        draw_face(axes, face)
     finish_net(axes, title or "Equal area, lower hemisphere")
     with whole_file(target, parents=True) as draft:
         FigureCanvasAgg(figure).print_png(str(draft))
@@ -94,6 +93,12 @@ def draw_sets(axes: Any, sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]]
         label = f"{name}: {counted(len(poles), 'pole')}, mean {mean_dip:.0f}/{mean_direction:03.0f}"
         (points,) = axes.plot(*poles.T, "o", ms=4, alpha=0.7, label=label)
         axes.plot(*project(great_circle(mean_dip, mean_direction)).T, color=points.get_color(), lw=1.5)
+
+
+def draw_face(axes: Any, face: tuple[float, float]) -> None:
+    """Draw the great circle of a slope's face (dip, dip direction) [degrees]."""
+    label = f"slope {face[0]:.0f}/{face[1]:03.0f}"
+    axes.plot(*project(great_circle(*face)).T, color="black", lw=2, label=label)
 
 
 def finish_net(axes: Any, title: str, *, below: bool = False) -> None:

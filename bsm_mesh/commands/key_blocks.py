@@ -164,12 +164,20 @@ def _draw(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles) -> list[str]
     with added.file(PICTURE) as draft:
         draw_key_blocks(draft, loaded.blocks, found, title=title)
     angles = [getattr(joint.law, "friction", None) for joint in loaded.joints]
-    net = joint_net(loaded.blocks, least_friction(angles), title)
+    net = joint_net(loaded.blocks, least_friction(angles), title, face=_face(loaded))
     if net is not None:
         with added.file(NET) as draft:
             save(net, draft)
         drawn.append(NET)
     return drawn
+
+
+def _face(loaded: LoadedSpace) -> tuple[float, float] | None:
+    """Return dip and dip direction of the slope's face; None without a slope."""
+    slope = loaded.file.slope
+    if slope is None or slope.face.dip_direction is None:
+        return None
+    return slope.face.dip, slope.face.dip_direction
 
 
 def _print(loaded: LoadedSpace, found: KeyBlocks, told: dict[str, Any]) -> None:

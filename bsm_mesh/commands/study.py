@@ -17,7 +17,7 @@ from bsm_mesh.commands.study_file import Study, load_study
 from bsm_mesh.commands.study_work import failed, work_of
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
-from bsm_mesh.folder.study_folder import SUMMARY, TABLE, StudyFolder
+from bsm_mesh.folder.study_folder import SHEET, SUMMARY, TABLE, StudyFolder
 from bsm_mesh.folder.summary import code_digest
 from bsm_mesh.model.model import Model
 from bsm_mesh.modelfile.reach import Reach
@@ -26,8 +26,9 @@ from bsm_mesh.studies.scatter import scatter_joint
 from bsm_mesh.studies.scheduler import Processes, Scheduler
 from bsm_mesh.studies.statistics import MOVEMENT_LIMIT, summary_of
 from bsm_mesh.studies.table import UNITS, StudyTable, make_table
+from bsm_mesh.text.csv_tables import csv_file
 from bsm_mesh.text.progress import Progress
-from bsm_mesh.text.study_tables import print_study, study_rows
+from bsm_mesh.text.study_tables import print_study, sheet_rows, study_rows
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.version import __version__
 
@@ -117,6 +118,8 @@ def run_study(
         table = make_table(study.plan, rows, factor=has_factor, bulk=bulk, metadata=metadata)
         summary = {"title": study.title, **identity, **summary_of(table, drawn=study.is_drawn)}
         table.write(folder.path / TABLE)
+        with csv_file(folder.path / SHEET) as sheet:
+            sheet.writerows(sheet_rows(table))
         write_text(folder.path / SUMMARY, f"{json.dumps(summary, indent=2)}\n")
         pictures = draw_study(table, model, study.title, folder.path, drawn=study.is_drawn)
     return StudyResults(table=table, summary=summary, folder=folder.path, pictures=tuple(pictures))
@@ -141,7 +144,7 @@ def study_command(
         say_json({**done.summary, "folder": str(done.folder), "pictures": [str(path) for path in done.pictures]})
         return
     print_study(done.table, done.summary)
-    say(f"written to {done.folder}: {TABLE}, {SUMMARY}")
+    say(f"written to {done.folder}: {TABLE}, {SHEET}, {SUMMARY}")
     for picture in done.pictures:
         say(picture)
 

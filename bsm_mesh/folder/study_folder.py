@@ -16,10 +16,11 @@ from bsm_mesh.locks import free_lock, holder, take_lock
 from bsm_mesh.studies.journal import Journal
 from bsm_mesh.text.headings import PICTURES_FOLDER
 
-IDENTITY, RUNS, TABLE, SUMMARY, STUDY, LOCK = (
+IDENTITY, RUNS, TABLE, SHEET, SUMMARY, STUDY, LOCK = (
     "study.json",
     "runs.jsonl",
     "study.parquet",
+    "study.csv",
     "summary.json",
     "study.toml",
     ".lock",

@@ -52,11 +52,11 @@ class History:
     Examples
     --------
     >>> import bsm_mesh as bsm
-    >>> bsm.History(name="crown", point=(0, 4.1)).name
+    >>> bsm.History("crown", point=(0, 4.1)).name
     'crown'
     """
 
-    name: str
+    name: str = field(kw_only=False)
     point: tuple[float, ...] | None = None
     line: tuple[tuple[float, ...], ...] | None = None
     block: int | None = None

@@ -69,12 +69,12 @@ class Stage:
     Examples
     --------
     >>> import bsm_mesh as bsm
-    >>> stage = bsm.Stage(name="heading", excavate=["1"], relaxation=[0.5, 1.0])
+    >>> stage = bsm.Stage("heading", excavate=["1"], relaxation=[0.5, 1.0])
     >>> stage.excavate, stage.relaxation
     (('1',), (0.5, 1.0))
     """
 
-    name: str
+    name: str = field(kw_only=False)
     excavate: Sequence[Region] = ()
     fill: Sequence[Region] = ()
     relaxation: Sequence[float] = (1.0,)

@@ -1,4 +1,4 @@
-"""Summaries of a model and of results for a notebook, as HTML."""
+"""Summaries of a model, of results and of a factor of safety for a notebook, as HTML."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 from bsm_mesh.errors import counted, place
 from bsm_mesh.results.results import Results
+from bsm_mesh.safety.answer import Safety
 from bsm_mesh.text.result_text import tables_of
+from bsm_mesh.text.safety_text import answer_rows, spread_rows
 from bsm_mesh.text.tables import engineering
 
 if TYPE_CHECKING:
@@ -45,6 +47,14 @@ def results_html(results: Results) -> str:
         parts += [_table(table.header if any(table.header) else (), table.rows)] if table.rows else []
         parts += [f"<p>{escape(line)}</p>" for line in table.lines]
     return _page(results.title or "Results", *parts)
+
+
+def safety_html(answer: Safety) -> str:
+    """Return the rows of a factor of safety that the terminal shows, and its notes."""
+    spread = spread_rows(answer)
+    parts = [_table((), answer_rows(answer))]
+    parts += [_table(("other starts", "last stable", "first unstable"), spread)] if spread else []
+    return _page(str(answer), *parts, *(f"<p>note: {escape(note)}</p>" for note in answer.notes))
 
 
 def _rock(rock: Rock) -> str:

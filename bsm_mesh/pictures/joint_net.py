@@ -25,9 +25,19 @@ def draw_joint_net(results: Results, title: str, figure: Figure | None = None) -
     return joint_net(blocks, _least_friction(results), title, figure) if in_space(blocks) else None
 
 
-def joint_net(blocks: Any, friction: float | None, title: str, figure: Figure | None = None) -> Figure | None:
-    """Return the stereonet of the joints of polyhedra, with circles of a friction angle [degrees]; None without any."""
-    from bsm_mesh.geometries.stereonet import draw_net, draw_sets, finish_net, friction_circles
+def joint_net(
+    blocks: Any,
+    friction: float | None,
+    title: str,
+    figure: Figure | None = None,
+    *,
+    face: tuple[float, float] | None = None,
+) -> Figure | None:
+    """Return the stereonet of the joints of polyhedra; None without any.
+
+    It has the circles of a friction angle, and the great circle of a slope's face (dip, dip direction) [degrees].
+    """
+    from bsm_mesh.geometries.stereonet import draw_face, draw_net, draw_sets, finish_net, friction_circles
 
     polygons = blocks.contact_polygons
     sets = {
@@ -44,6 +54,8 @@ def joint_net(blocks: Any, friction: float | None, title: str, figure: Figure | 
     turn = np.radians(np.arange(361))
     for radius, style, what in friction_circles(friction):
         axes.plot(radius * np.sin(turn), radius * np.cos(turn), style, color="firebrick", lw=1, label=what)
+    if face is not None:
+        draw_face(axes, face)
     finish_net(axes, "joints, equal area, lower hemisphere", below=True)
     entitle(figure, title)
     return figure

@@ -83,6 +83,10 @@ class HistorySeries:
         column: FloatArray = self.values[:, known.index(quantity)]
         return column
 
+    def keys(self) -> tuple[str, ...]:
+        """Return the quantities: ``dict(series)`` has a column each, ``pandas.DataFrame(dict(series))`` a table."""
+        return self.recorded.quantities
+
     @property
     def length(self) -> FloatArray:
         """Length of the displacement of a point or a block [m], (k,)."""

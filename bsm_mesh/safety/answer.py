@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
+from bsm_mesh import doors
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
@@ -112,6 +113,10 @@ class Safety:
 
     def __repr__(self) -> str:
         return f"Safety: {self}"
+
+    def _repr_html_(self) -> str:
+        """Return the answer as HTML for a notebook."""
+        return doors.safety_html(self)
 
     @property
     def factor(self) -> float | None:

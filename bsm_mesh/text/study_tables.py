@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ MAX_RUNS = 50  # in a table of single runs
 GAVE_WAY = "of these after blocks fell or moved by more than a tenth of their size (movement_limit makes them failures)"
 MOST_ERRORS = 5  # different ones that are shown
 SHOWN_QUANTILES = ("5 %", "50 %", "95 %")
+SHEET_UNITS = {**UNIT, "unstable_area": "m^2", "unstable_volume": "m^3", "seconds": "s"}
 NAMES = {"failure": "share that fails", "factor": "factor of safety", "max_displacement": "greatest displacement"}
 
 
@@ -105,6 +106,14 @@ def run_rows(table: StudyTable) -> tuple[str, tuple[str, ...], Rows]:
         for row, run in enumerate(table.columns["run"][: MAX_RUNS + 1])
     ]
     return "Runs", header, rows if len(rows) <= MAX_RUNS else []
+
+
+def sheet_rows(table: StudyTable) -> Iterator[list[Any]]:
+    """Return the rows of a study's table for a spreadsheet: names with units, then a row a run; empty: no value."""
+    units = SHEET_UNITS | {key: table.unit(key) for key in table.keys}
+    yield [f"{name} [{units[name]}]" if units.get(name) else name for name in table.columns]
+    for row in zip(*table.columns.values(), strict=True):
+        yield ["" if value is None else value for value in row]
 
 
 def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:

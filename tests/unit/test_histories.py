@@ -80,6 +80,13 @@ def test_a_name_that_no_history_has_is_told_with_those_that_there_are(recorded: 
         recorded.histories["corner"]["x"]
 
 
+def test_a_series_is_a_mapping_of_its_quantities(recorded: Results) -> None:
+    series = next(iter(recorded.histories.values()))
+    columns = dict(series)  # type: ignore[call-overload]
+    assert tuple(columns) == series.recorded.quantities
+    assert (columns[series.keys()[0]] == series.values[:, 0]).all()
+
+
 def test_a_joint_set(recorded: Results) -> None:
     """The base of the block, 1 m, slid; it was at strength on the way, and the wall's foot never moved."""
     series = recorded.histories["set"]

@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.modelfile.space_file import load_space_file
 from bsm_mesh.modelfile.space_tables import SpaceFile
+from bsm_mesh.pictures.joint_net import joint_net
+from tests.scenes.polyhedra import on_incline
 from tests.scenes.rock_3d import WEDGES, wedge_factor, wedge_rock
 from tests.scenes.small_case import Case
 from tests.unit.test_quantities import numbers_without_range
@@ -119,6 +121,13 @@ required = 2.0
     said = case.run("key-blocks", "wedge.toml", "--no-picture").out
     assert f"least factor {factor:.3f}: block " in said
     assert "slides on B, A" in said
+
+
+def test_the_stereonet_has_the_face_of_the_slope() -> None:
+    net = joint_net(on_incline(20.0).blocks, 30.0, "slope", face=(65.0, 185.0))
+    assert net is not None
+    labels = net.axes[0].get_legend_handles_labels()[1]
+    assert "slope 65/185" in labels
 
 
 def test_the_file_and_python_build_the_same_blocks(case: Case) -> None:

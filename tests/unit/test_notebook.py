@@ -36,6 +36,14 @@ def test_one_stage_has_no_table_of_stages():
     assert "<th>stage</th>" not in bsm.run(incline(40.0, 30.0))._repr_html_()
 
 
+def test_a_factor_of_safety():
+    answer = bsm.factor_of_safety(incline(30.0, 40.0))
+    shown = unescape(answer._repr_html_())
+    assert f"<b>{answer}</b>" in shown
+    assert "<td>limit analysis</td>" in shown
+    assert f"<td>{len(answer.trials)}, " in shown
+
+
 def test_it_has_every_table_that_the_terminal_prints(results, capsys):
     """Headings of tables, rows and sentences: both come of one list."""
     shown = unescape(results._repr_html_())

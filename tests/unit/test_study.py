@@ -97,7 +97,10 @@ def test_two_processes_give_the_same(study: Case, whole: dict[str, list[Any]]) -
             "out/study",
             "out/study/pictures",
             *(f"out/study/pictures/{name}.png" for name in ("histogram", "model", "scatter", "tornado")),
-            *(f"out/study/{name}" for name in (RUNS, "study.json", "study.parquet", "study.toml", "summary.json")),
+            *(
+                f"out/study/{name}"
+                for name in (RUNS, "study.csv", "study.json", "study.parquet", "study.toml", "summary.json")
+            ),
         ]
     )
     table = StudyTable.read(Path("out/study/study.parquet"))

@@ -16,7 +16,7 @@ from bsm_mesh.studies.journal import Journal
 from bsm_mesh.studies.sampling import Plan
 from bsm_mesh.studies.statistics import effects_on, failure_of, main_answer, spread_of, summary_of
 from bsm_mesh.studies.table import StudyTable, make_table
-from bsm_mesh.text.study_tables import GAVE_WAY, study_rows
+from bsm_mesh.text.study_tables import GAVE_WAY, sheet_rows, study_rows
 
 
 def table_of(rows: list[dict[str, Any]], factor: bool = False, **keys: list[Any]) -> StudyTable:
@@ -117,6 +117,17 @@ def test_a_table_is_read_as_it_was_written(tmp_path: Path) -> None:
     file = parquet.ParquetFile(tmp_path / "study.parquet")
     assert [str(file.schema_arrow.field(name).type) for name in back.keys] == ["double", "int64", "string"]
     assert file.metadata.row_group(0).column(0).compression == "ZSTD"
+
+
+def test_the_sheet_of_a_study_has_units_and_leaves_out_what_there_is_not() -> None:
+    rows = [{"status": "stable", "max_displacement": 0.5, "seconds": 0.1}, {"status": "failed", "error": "no mesh"}]
+    table = table_of(rows, x=[1.5, 2])
+    table = replace(table, metadata={**table.metadata, "units": json.dumps({"x": "degrees"})})
+    header, *cells = sheet_rows(table)
+    assert {"run", "x [degrees]", "status", "max_displacement [m]", "seconds [s]"} <= set(header)
+    first, second = (dict(zip(header, row, strict=True)) for row in cells)
+    assert (first["x [degrees]"], first["max_displacement [m]"], first["error"]) == (1.5, 0.5, "")
+    assert (second["status"], second["max_displacement [m]"], second["error"]) == ("failed", "", "no mesh")
 
 
 def test_what_is_no_table_is_told(tmp_path: Path) -> None:
