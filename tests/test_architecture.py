@@ -100,7 +100,7 @@ ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "in_situ": {"contacts", "step", "stress_field"},
     "mechanics": {"contacts", "in_situ", "motion", "record", "step"},
     "limit": {"blocks", "bolts", "step"},
-    "key_blocks": {"blocks"},
+    "key_blocks": {"blocks", "loads", "model", "water"},
 }
 
 

@@ -12,8 +12,7 @@ from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.key_block_files import NET, PICTURE, write_key_blocks
 from bsm_mesh.folder.summary import versions
-from bsm_mesh.model.bolts import Bolt
-from bsm_mesh.modelfile.build_bolts import make_space_bolts
+from bsm_mesh.model.model import Model
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
 from bsm_mesh.modelfile.space_model import space_model
@@ -25,6 +24,7 @@ from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.key_blocks.analysis import key_blocks
+from bsm_mesh.three_d.key_blocks.loads import RockLoads
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 
@@ -40,21 +40,18 @@ def find_key_blocks(
     reach = Reach(folder=path.parent, scripts=scripts)
     added = AddedFiles(output or folder_beside(loaded, reach, "key-blocks"))
     asked = loaded.file.key_blocks
+    model = space_model(loaded, reach)
     found = key_blocks(
-        loaded.blocks,
-        rocks=loaded.rocks,
-        joints=loaded.joints,
+        model,
         free=_free(loaded),
         excavated=list(loaded.blocks.excavations),
-        default_joint=loaded.file.mesh.default_joint,
-        bolts=_bolts(loaded, reach),
-        gravity=asked.gravity or (0.0, 0.0, -1.0),
+        gravity=asked.gravity,
         joint_pressure=asked.joint_pressure,
         required=asked.required,
         rounds=asked.rounds,
     )
-    proofs = _proofs(loaded, found) if proof else {}
-    told = _told(loaded, found, reach, proofs)
+    proofs = _proofs(loaded, model, found) if proof else {}
+    told = _told(loaded, model, found, proofs)
     files = write_key_blocks(loaded, found, told, added)
     files += _draw(loaded, found, added) if picture else []
     if as_json:
@@ -68,12 +65,6 @@ def find_key_blocks(
     say(f"{', '.join(files)} written to {added.folder.path}")
 
 
-def _bolts(loaded: LoadedSpace, reach: Reach) -> list[Bolt]:
-    """Return the bolts of all stages."""
-    tables = enumerate(loaded.file.bolt, 1)
-    return [bolt for k, table in tables for bolt in make_space_bolts(table, f"[[bolt]] number {k}", reach)]
-
-
 def _free(loaded: LoadedSpace) -> list[str]:
     """Return the boundaries that are free."""
     file = loaded.file
@@ -82,7 +73,7 @@ def _free(loaded: LoadedSpace) -> list[str]:
     return [*loaded.file.key_blocks.free, *([SLOPE] if SLOPE in loaded.blocks.boundaries else [])]
 
 
-def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
+def _notes(loaded: LoadedSpace, model: Model, found: KeyBlocks) -> list[str]:
     """Return notes on possible slips and on limits of the answer."""
     bare = [joint.name for joint in loaded.joints if joint.law is None]
     held = int(found.held.sum())
@@ -91,6 +82,7 @@ def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
         notes.append(f"{counted(slivers, 'block')} of {loaded.blocks.count} are slivers, marked in key_blocks.csv")
     if held:
         notes.append(f"{counted(held, 'block')} at free faces reach the sides of the box and are not judged")
+    notes += _not_considered(model)
     rounds = loaded.file.key_blocks.rounds
     if (found.round == rounds).any():
         notes.append(
@@ -99,38 +91,49 @@ def _notes(loaded: LoadedSpace, found: KeyBlocks) -> list[str]:
     return notes
 
 
-def _proofs(loaded: LoadedSpace, found: KeyBlocks) -> Proofs:
+def _not_considered(model: Model) -> list[str]:
+    """Return a note on each thing in the model that is a run's alone."""
+    notes = []
+    if model.in_situ is not None:
+        notes.append("stress in the rock ([in_situ]) is not considered; a run does")
+    for stage in model.stages:
+        changes = [name for name in ("gravity", "water", "loads", "strength") if getattr(stage, name)]
+        if changes:
+            notes.append(f"stage '{stage.name}' changes {', '.join(changes)}: key blocks are those before the stages")
+    return notes
+
+
+def _proofs(loaded: LoadedSpace, model: Model, found: KeyBlocks) -> Proofs:
     """Return what limit analysis says of the whole rock, and of the rest without the unstable blocks.
 
     Of each whether it is admissible, None where no program could be solved, and the answer in words, or why not.
     """
     blocks, asked = loaded.blocks, loaded.file.key_blocks
-    default = loaded.file.mesh.default_joint
-    materials = Materials.checked(blocks, loaded.rocks, loaded.joints, default)
+    materials = Materials.checked(blocks, model.rocks, model.joints, model.default_joint)
+    loads = RockLoads(model, asked.gravity, asked.joint_pressure)
     present = np.ones(blocks.count, dtype=bool)
     for gone in blocks.excavations.values():
         present[gone] = False
     left = present.copy()
     left[found.block[found.round > 0]] = False
     masses = {"whole rock": present} | ({"without these blocks": left} if (left != present).any() else {})
-    given: dict[str, Any] = {"free": _free(loaded), "joint_pressure": asked.joint_pressure}
-    given["gravity"] = asked.gravity or (0.0, 0.0, -1.0)
+    free = _free(loaded)
     answers: Proofs = {}
     for name, there in masses.items():
         try:
-            answer = analyse_rock(blocks, materials, there, **given)
+            answer = analyse_rock(blocks, materials, there, free=free, loads=loads.on_blocks(there))
             answers[name] = answer.admissible, str(answer)
         except ModelError as error:  # the key blocks are known all the same
             answers[name] = None, f"no answer: {error}"
     return answers
 
 
-def _told(loaded: LoadedSpace, found: KeyBlocks, reach: Reach, proofs: Proofs) -> dict[str, Any]:
+def _told(loaded: LoadedSpace, model: Model, found: KeyBlocks, proofs: Proofs) -> dict[str, Any]:
     """Return the record."""
     below = found.round > 0
     return {
         "title": loaded.file.title or loaded.path.stem,
-        "model_hash": _model_hash(loaded, reach),
+        "model_hash": model.digest,
         "report": loaded.file.report.model_dump(),
         "blocks": loaded.blocks.count,
         "at_free_faces": found.count,
@@ -145,17 +148,9 @@ def _told(loaded: LoadedSpace, found: KeyBlocks, reach: Reach, proofs: Proofs) -
         "volume": float(found.volume[below].sum()),
         "slivers": len(loaded.blocks.slivers),
         "limit_analysis": {name: {"admissible": known, "text": text} for name, (known, text) in proofs.items()},
-        "notes": _notes(loaded, found),
+        "notes": _notes(loaded, model, found),
         "versions": versions(),
     }
-
-
-def _model_hash(loaded: LoadedSpace, reach: Reach) -> str:
-    """Return the digest of the model that a run would solve; nothing where the file is none of a run."""
-    try:
-        return space_model(loaded, reach).digest
-    except ModelError:  # without supports, for example: key blocks need none
-        return ""
 
 
 def _draw(loaded: LoadedSpace, found: KeyBlocks, added: AddedFiles) -> list[str]:

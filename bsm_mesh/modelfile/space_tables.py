@@ -157,10 +157,11 @@ class KeyBlocksTable(Table):
         description="boundaries that are free: sides of the box (top, east, ...), groups of a mesh",
     )
     gravity: Annotated[list[Annotated[float, q.GRAVITY_PART]], Field(min_length=3, max_length=3)] | None = Field(
-        default=None, description="force over weight [east, north, up]; [0, 0, -1] by default"
+        default=None, description="force over weight [east, north, up], instead of that of [gravity]"
     )
     joint_pressure: dict[str, Annotated[float, q.PRESSURE]] = Field(
-        default_factory=dict, description="water pressure on the faces of joints, by their names"
+        default_factory=dict,
+        description="water pressure on the faces of joints, by their names, instead of that of [water]",
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import cross, turned
@@ -24,9 +25,10 @@ class ExternalLoads:
 
     def __init__(self, model: Model) -> None:
         applied = point_forces_of(model.acting_loads, model.blocks)
+        assert in_space(model.blocks)
         self.block, self.force = applied.block, applied.force
         self._arm = applied.point - model.blocks.moments.centroid[self.block]
-        self.water = WaterOnPolyhedra(model)
+        self.water = WaterOnPolyhedra(model.blocks, model.water, model.default_joint)
         self._dead = model.gravity_forces
         np.add.at(self._dead, self.block, self.force)
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.model import Model
+from bsm_mesh.model.water import Water
 from bsm_mesh.movements import cross, turned
 from bsm_mesh.three_d.blocks.moments import fan_triangles
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -25,8 +24,12 @@ class WaterOnPolyhedra:
 
     Parameters
     ----------
-    model : Model
-        The model; its blocks are polyhedra.
+    blocks : Polyhedra
+        The blocks.
+    water : Water or None
+        The water.
+    default_joint : str, optional
+        Joint of the faces between blocks that carry none.
     """
 
     block: IntArray  # (t,) of every triangle of the surfaces of all blocks
@@ -34,9 +37,7 @@ class WaterOnPolyhedra:
     inward: FloatArray  # (t, 3) area times the normal into the block
     own: FloatArray  # (t,) pressure of a joint [Pa]; nan: the plane's
 
-    def __init__(self, model: Model) -> None:
-        blocks, water = model.blocks, model.water
-        assert in_space(blocks)
+    def __init__(self, blocks: Polyhedra, water: Water | None, default_joint: str | None = None) -> None:
         self.centroid: FloatArray = blocks.moments.centroid
         self.acts: bool = water is not None and (water.plane is not None or bool(water.joint_pressure))
         self.up, self.level, self.unit_weight = np.array([0.0, 0.0, 1.0]), -DRY, 0.0
@@ -46,7 +47,7 @@ class WaterOnPolyhedra:
         if water.plane is not None:
             self.up = water.plane.up
             self.level = float(self.up @ water.plane.point)
-        self._of_faces = _joint_pressures(blocks, water.joint_pressure, model.default_joint)
+        self._of_faces = _joint_pressures(blocks, water.joint_pressure, default_joint)
         self._set_triangles(blocks, self._of_faces)
 
     def _set_triangles(self, blocks: Polyhedra, own: FloatArray) -> None:

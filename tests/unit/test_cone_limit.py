@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.materials import Materials
+from bsm_mesh.three_d.key_blocks.loads import RockLoads
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 from bsm_mesh.three_d.limit.strength import ConeStrength, cone_strength
@@ -175,8 +176,9 @@ def test_water_in_a_joint_takes_pressure_off_it(pressure, admissible):
     joint = bsm.Joint("A", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))
     materials = Materials.checked(blocks, [bsm.Rock("rock", unit_weight=26e3)], [joint], None)
     free, both = ["top", "west", "east", "south", "north"], np.ones(2, dtype=bool)
-    given = {"free": free, "gravity": (0.3, 0, -1), "joint_pressure": {"A": pressure}}
-    assert analyse_rock(blocks, materials, both, **given).admissible == admissible
+    model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=26e3)], joints=[joint])
+    loads = RockLoads(model, (0.3, 0, -1), {"A": pressure}).on_blocks(both)
+    assert analyse_rock(blocks, materials, both, free=free, loads=loads).admissible == admissible
 
 
 def test_materials_give_every_contact_its_law():

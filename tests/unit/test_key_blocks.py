@@ -348,8 +348,8 @@ def test_the_table_goes_to_pandas():
     [
         ({"free": ["rof"]}, "there is no boundary 'rof'"),
         ({"excavated": ["tunnel"]}, "there is no excavation 'tunnel'"),
-        ({"joints": []}, "there is no joint 'J1' among the joints"),
-        ({"rocks": []}, "there is no rock 'rock' among the rocks"),
+        ({"joints": []}, "joint 'J1' is not defined"),
+        ({"rocks": []}, "rock 'rock' is not defined"),
         ({"joint_pressure": {"J2": 1.0}}, "there is no joint 'J2'"),
         ({"joint_pressure": {"J1": -1.0}}, "must be a number of at least 0 Pa"),
         ({"gravity": (0, -1)}, "must be three numbers"),

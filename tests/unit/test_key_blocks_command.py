@@ -123,6 +123,26 @@ required = 2.0
     assert "slides on B, A" in said
 
 
+def test_the_file_has_gravity_water_and_loads_and_what_is_not_considered_is_noted(case: Case) -> None:
+    case.write("roof.toml", ROOF)
+    plain = json.loads(case.run("key-blocks", "roof.toml", "--json", "--no-picture", "-o", "plain").out)
+    (block,) = plain["falls"]
+    stages = '\n[[stage]]\nname = "rain"\nstrength = {J1 = 0.5}\n\n[[stage]]\nname = "dig"\nexcavate = ["cavern"]\n'
+    for key, table in {
+        "gravity": "[gravity]\nvertical = 1.5",
+        "load": f'[[load]]\nblock = {block}\npoint = [0, 0, 2.5]\nforce = [0, 0, "70 kN"]',
+    }.items():
+        case.write(f"{key}.toml", f"{ROOF}\n{table}\n")
+        told = json.loads(case.run("key-blocks", f"{key}.toml", "--json", "--no-picture", "-o", key).out)
+        assert told["falls"] == []
+    case.write("noted.toml", f'{ROOF}\n[in_situ.stress]\nzz = "-1 MPa"\n{stages}')
+    told = json.loads(case.run("key-blocks", "noted.toml", "--json", "--no-picture", "-o", "noted").out)
+    assert told["falls"] == plain["falls"]
+    assert sum("is not considered; a run does" in note for note in told["notes"]) == 1
+    (noted,) = [note for note in told["notes"] if "those before the stages" in note]
+    assert noted.startswith("stage 'rain' changes strength:")
+
+
 def test_the_stereonet_has_the_face_of_the_slope() -> None:
     net = joint_net(on_incline(20.0).blocks, 30.0, "slope", face=(65.0, 185.0))
     assert net is not None

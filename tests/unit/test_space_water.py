@@ -43,7 +43,7 @@ def test_water_lifts_every_block_by_its_volume():
     position = np.zeros((model.blocks.count, 6))
     for turn in ((0, 0, 0), (0.4, -1.1, 0.7)):
         position[:, 3:] = turn
-        found, dyad = WaterOnPolyhedra(model).on_blocks(position)
+        found, dyad = WaterOnPolyhedra(model.blocks, model.water).on_blocks(position)
         assert_allclose(found[:, :3], WATER * volume[:, None] * up, rtol=1e-9, atol=1e-6)
         assert_allclose(found[:, 3:], 0, atol=1e-6)
         assert np.linalg.eigvalsh(dyad).max() < 0  # pressed from all sides
@@ -54,10 +54,10 @@ def test_half_in_water_a_block_is_lifted_by_what_is_wet(depth):
     """And where the wet part has its centroid: a plane that is inclined has a wedge of it."""
     model = model_in_space([box((0, 0, 0), (1, 1, 1))])
     plane = bsm.HeadPlane(point=(0.5, 0.5, depth))
-    found, _ = WaterOnPolyhedra(model.replace(water=bsm.Water(plane=plane))).on_blocks(np.zeros((1, 6)))
+    found, _ = WaterOnPolyhedra(model.blocks, bsm.Water(plane=plane)).on_blocks(np.zeros((1, 6)))
     assert_allclose(found, [[0, 0, WATER * depth, 0, 0, 0]], atol=1e-9)
     tilted = bsm.HeadPlane(point=(0, 0, 1), dip=45, dip_direction=90)  # through two edges: half of the cube is wet
-    found, _ = WaterOnPolyhedra(model.replace(water=bsm.Water(plane=tilted))).on_blocks(np.zeros((1, 6)))
+    found, _ = WaterOnPolyhedra(model.blocks, bsm.Water(plane=tilted)).on_blocks(np.zeros((1, 6)))
     assert found[0, 2] == pytest.approx(WATER / 2)
     assert found[0, 4] == pytest.approx(WATER / 2 * (1 / 2 - 1 / 3) - WATER / 2 * (1 / 3 - 1 / 2) * -1)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,12 +12,15 @@ from bsm_mesh.contact.strength import peak_strength
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws.law import JointLaw
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.model import Model
 from bsm_mesh.model.values import is_number
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polygons import sums
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.key_blocks.installed import pulls_of
+from bsm_mesh.three_d.key_blocks.loads import RockLoads
 from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, NOT_JUDGED, ONE, TWO, Movement, movements, removable
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.key_blocks.walls import Planes, Wall, planes_of, wall_of
@@ -35,37 +37,13 @@ class _Given:
     laws: tuple[JointLaw | None, ...]
     law: IntArray
     bound: BoolArray  # of contact polygons: whether they bear no more than their law
-    weight: FloatArray  # (n, 3)
-    thrust: FloatArray  # of contact polygons: water pressure times area [N]
+    loads: RockLoads
+    weight: FloatArray  # (n,) [N]
     bolts: tuple[Bolt, ...]
 
 
-class RockModel(Protocol):
-    """Parts used of a `Model`."""
-
-    @property
-    def blocks(self) -> Any:
-        """The blocks, polyhedra."""
-
-    @property
-    def rocks(self) -> Sequence[Rock]:
-        """A rock for every name in the blocks."""
-
-    @property
-    def joints(self) -> Sequence[Joint]:
-        """A joint for every name in the blocks."""
-
-    @property
-    def default_joint(self) -> str | None:
-        """Joint of the faces that bear none."""
-
-    @property
-    def bolts(self) -> Sequence[Bolt]:
-        """Installed in any stage."""
-
-
 def key_blocks(
-    blocks: Polyhedra | RockModel,
+    blocks: Polyhedra | Model,
     *,
     rocks: Sequence[Rock] = (),
     joints: Sequence[Joint] = (),
@@ -73,7 +51,7 @@ def key_blocks(
     excavated: Sequence[str] = (),
     default_joint: str | None = None,
     bolts: Sequence[Bolt] = (),
-    gravity: Sequence[float] = (0.0, 0.0, -1.0),
+    gravity: Sequence[float] | None = None,
     joint_pressure: Mapping[str, float] | None = None,
     required: float = 1.0,
     rounds: int = 1,
@@ -85,7 +63,7 @@ def key_blocks(
     Parameters
     ----------
     blocks : Polyhedra or Model
-        The rock; a model has rocks, joints, default joint and bolts too; its supports and loads count for nothing.
+        The rock. A model has materials, bolts, and gravity, water and loads before its stages; its supports do nothing.
     rocks, joints : sequence of Rock, of Joint
         Unit weights, and laws of the joints; a joint without a law does not slip.
     free, excavated : sequence of str
@@ -94,10 +72,10 @@ def key_blocks(
         Joint of the faces between blocks that carry none; else they are faces of rock.
     bolts : sequence of Bolt
         Installed bolts, of any stage; each pulls its block towards its tip with all that it carries.
-    gravity : (float, float, float)
-        Force over weight: straight down by default, with parts to the side for an earthquake.
+    gravity : (float, float, float), optional
+        Force over weight: the model's or straight down by default, with parts to the side for an earthquake.
     joint_pressure : mapping of str to float, optional [Pa]
-        Water pressure on the faces of joints, by their names.
+        Water pressure on the faces of joints, by their names; other joints have that of the model's water.
     required : float
         Factor of safety with the support pressure.
     rounds : int
@@ -120,22 +98,10 @@ def key_blocks(
     4
     """
     _check_numbers(required, rounds)
-    rock = _rock_of(blocks, rocks, joints, default_joint)
-    given, present = _given(*rock, gravity, joint_pressure or {}, excavated, free, _bolts_of(blocks, bolts))
-    return _in_rounds(given, free, present, float(required), rounds)
-
-
-def _bolts_of(blocks: Polyhedra | RockModel, bolts: Sequence[Bolt]) -> tuple[Bolt, ...]:
-    return tuple(bolts if isinstance(blocks, Polyhedra) else blocks.bolts)
-
-
-def _rock_of(
-    blocks: Polyhedra | RockModel, rocks: Sequence[Rock], joints: Sequence[Joint], default_joint: str | None
-) -> tuple[Polyhedra, Sequence[Rock], Sequence[Joint], str | None]:
-    """Return blocks, rocks, joints and default joint, those of a model where it is given."""
     if isinstance(blocks, Polyhedra):
-        return blocks, rocks, joints, default_joint
-    return blocks.blocks, blocks.rocks, blocks.joints, blocks.default_joint
+        blocks = Model(blocks=blocks, rocks=rocks, joints=joints, default_joint=default_joint, bolts=bolts)
+    given, present = _given(blocks, gravity, joint_pressure or {}, excavated, free)
+    return _in_rounds(given, free, present, float(required), rounds)
 
 
 def _in_rounds(given: _Given, free: Sequence[str], present: BoolArray, required: float, rounds: int) -> KeyBlocks:
@@ -147,7 +113,8 @@ def _in_rounds(given: _Given, free: Sequence[str], present: BoolArray, required:
         if not len(wall.block):
             break
         pull = pulls_of(given.bolts, blocks, present)[wall.block]
-        now = _analysed(given, wall, planes_of(blocks, wall, present), pull, required, number)
+        load = given.loads.on_blocks(present)[wall.block, :3]
+        now = _analysed(given, wall, planes_of(blocks, wall, present), load, pull, required, number)
         found = now if found is None else found.and_then(now)
         gone = now.block[now.round == number]
         if not len(gone):
@@ -169,20 +136,17 @@ def _check_numbers(required: object, rounds: object) -> None:
 
 
 def _given(
-    blocks: Polyhedra,
-    rocks: Sequence[Rock],
-    joints: Sequence[Joint],
-    default_joint: str | None,
-    gravity: Sequence[float],
+    model: Model,
+    gravity: Sequence[float] | None,
     joint_pressure: Mapping[str, float],
     excavated: Sequence[str],
     free: Sequence[str],
-    bolts: tuple[Bolt, ...],
 ) -> tuple[_Given, BoolArray]:
     """Return the checked input, and which blocks are present."""
-    if not isinstance(blocks, Polyhedra):
+    blocks = getattr(model, "blocks", model)
+    if not in_space(blocks):
         raise ModelError("key blocks: the blocks must be bsm.Polyhedra(...); in the plane run the model")
-    materials = Materials.checked(blocks, rocks, joints, default_joint)
+    materials = Materials.checked(blocks, model.rocks, model.joints, model.default_joint)
     faults = [
         f"{kind}: there is no {kind} '{name}'{nearest(name, known)}"
         for kind, names, known in (
@@ -193,7 +157,7 @@ def _given(
         for name in names
         if name not in known
     ]
-    parts = list(gravity)
+    parts = [0.0, 0.0, -1.0] if gravity is None else list(gravity)
     if len(parts) != 3 or not all(is_number(part) for part in parts):
         faults.append(f"key blocks: gravity = {gravity!r} must be three numbers (east, north, up)")
     faults += [
@@ -202,29 +166,27 @@ def _given(
         if not is_number(value) or value < 0
     ]
     raise_faults(faults)
-    polygons = blocks.contact_polygons
-    laws, law, tension = materials.laws(blocks, polygons)
-    pressure = np.array([*(joint_pressure.get(name, 0.0) for name in blocks.joint_names), 0.0])
+    laws, law, tension = materials.laws(blocks, blocks.contact_polygons)
     present = np.ones(blocks.count, dtype=bool)
     for name in excavated:
         present[blocks.excavations[name]] = False
-    weight = (blocks.moments.volume * materials.unit_weights(blocks))[:, None] * np.array(parts, dtype=np.float64)
     given = _Given(
         blocks=blocks,
         laws=laws,
         law=law,
         bound=np.isfinite(tension),
-        weight=weight,
-        thrust=pressure[polygons.joint] * polygons.area,
-        bolts=bolts,
+        loads=RockLoads(model, gravity, joint_pressure),
+        weight=blocks.moments.volume * materials.unit_weights(blocks),
+        bolts=tuple(model.bolts),
     )
     return given, present
 
 
-def _analysed(given: _Given, wall: Wall, planes: Planes, pull: FloatArray, required: float, number: int) -> KeyBlocks:
-    """Return the blocks of a wall, with pulls of bolts on them (n, 3) [N]."""
-    blocks, count = given.blocks, len(wall.block)
-    load = given.weight[wall.block] + sums(planes.row, given.thrust[planes.polygon, None] * planes.normal, count)
+def _analysed(
+    given: _Given, wall: Wall, planes: Planes, load: FloatArray, pull: FloatArray, required: float, number: int
+) -> KeyBlocks:
+    """Return the blocks of a wall, with loads and pulls of bolts on them (n, 3) [N]."""
+    blocks = given.blocks
     can = removable(planes.normals) & ~wall.held
     movement, factor = _moved(given, planes, load, can)
     _, bolted = _moved(given, planes, load + pull, can)
@@ -244,7 +206,7 @@ def _analysed(given: _Given, wall: Wall, planes: Planes, pull: FloatArray, requi
         joints=_joints_of(blocks, planes, movement.planes),
         centroid=blocks.moments.centroid[wall.block],
         volume=volume,
-        weight=np.linalg.norm(given.weight[wall.block], axis=1),
+        weight=given.weight[wall.block],
         area=wall.area,
         apex=wall.apex,
         trace=wall.trace,

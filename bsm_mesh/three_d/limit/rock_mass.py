@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
-from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.limit.analysis import ConeAnalysis, LimitAnalysis3D, weights
@@ -23,10 +22,9 @@ def analyse_rock(
     present: BoolArray,
     *,
     free: Sequence[str] = (),
-    gravity: Sequence[float] = (0.0, 0.0, -1.0),
-    joint_pressure: Mapping[str, float] | None = None,
+    loads: FloatArray | None = None,
 ) -> ConeAnalysis:
-    """Return whether forces within strength balance the weights of the blocks that are present.
+    """Return whether forces within strength balance the loads on the blocks that are present.
 
     Blocks that reach outer faces other than `free` boundaries are fixed.
 
@@ -36,8 +34,10 @@ def analyse_rock(
         The rock.
     present : (n,) bool
         The blocks that are there.
-    free, gravity, joint_pressure
-        As for `bsm_mesh.three_d.key_blocks.analysis.key_blocks`.
+    free : sequence of str
+        Free boundaries.
+    loads : (n, 6) float64, optional [N, N m]
+        Forces on all blocks and moments about their centroids; by default the weights.
 
     Raises
     ------
@@ -54,17 +54,6 @@ def analyse_rock(
             f"limit analysis: {analysis.points.count} contact points, more than {MAX_POINTS}; take a smaller box or a "
             "wider spacing"
         )
-    loads = weights(blocks.moments, materials.unit_weights(blocks), gravity)
-    loads += _thrusts(blocks, polygons, joint_pressure or {})
+    if loads is None:
+        loads = weights(blocks.moments, materials.unit_weights(blocks))
     return analysis.analyse(loads, cone_strength(materials, blocks, analysis.polygons, analysis.points))
-
-
-def _thrusts(blocks: Polyhedra, polygons: ContactPolygons, joint_pressure: Mapping[str, float]) -> FloatArray:
-    """Return the forces and moments of water in joints on the blocks, (n, 6) [N, N m]."""
-    pressure = np.array([*(joint_pressure.get(name, 0.0) for name in blocks.joint_names), 0.0])[polygons.joint]
-    force = (pressure * polygons.area)[:, None] * polygons.normal
-    total = np.zeros((blocks.count, 6))
-    for block, sign in ((polygons.block_a, 1.0), (polygons.block_b, -1.0)):
-        arm = polygons.centroid - blocks.moments.centroid[block]
-        np.add.at(total, block, sign * np.concatenate([force, np.cross(arm, force)], axis=1))
-    return total
