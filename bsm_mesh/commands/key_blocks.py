@@ -12,6 +12,7 @@ from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.key_block_files import NET, PICTURE, write_key_blocks
 from bsm_mesh.folder.summary import versions
+from bsm_mesh.model.excavated_water import depths_below
 from bsm_mesh.model.model import Model
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
@@ -23,6 +24,7 @@ from bsm_mesh.text.key_block_text import key_block_lines, key_block_table, unsta
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.three_d.blocks.materials import Materials
+from bsm_mesh.three_d.blocks.polygons import spread
 from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 from bsm_mesh.three_d.key_blocks.loads import RockLoads
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
@@ -82,7 +84,7 @@ def _notes(loaded: LoadedSpace, model: Model, found: KeyBlocks) -> list[str]:
         notes.append(f"{counted(slivers, 'block')} of {loaded.blocks.count} are slivers, marked in key_blocks.csv")
     if held:
         notes.append(f"{counted(held, 'block')} at free faces reach the sides of the box and are not judged")
-    notes += _not_considered(model)
+    notes += [*_not_considered(model), *_under_water(loaded, model, found)]
     rounds = loaded.file.key_blocks.rounds
     if (found.round == rounds).any():
         notes.append(
@@ -101,6 +103,20 @@ def _not_considered(model: Model) -> list[str]:
         if changes:
             notes.append(f"stage '{stage.name}' changes {', '.join(changes)}: key blocks are those before the stages")
     return notes
+
+
+def _under_water(loaded: LoadedSpace, model: Model, found: KeyBlocks) -> list[str]:
+    """Return a note where the water presses on free faces."""
+    blocks, water, depth = loaded.blocks, model.water, 0.0
+    if water is not None and len(found.free_faces):
+        sizes, first = np.diff(blocks.face_offsets)[found.free_faces], blocks.face_offsets[found.free_faces]
+        depth = float(depths_below(water, blocks.vertices[blocks.face_vertices[spread(first, sizes)]]).max())
+    if depth <= 0:
+        return []
+    return [
+        f"the plane of groundwater lies up to {depth:.3g} m above free faces: the water presses on them like a pond. "
+        "If the opening is drained, give joint_pressure and no plane"
+    ]
 
 
 def _proofs(loaded: LoadedSpace, model: Model, found: KeyBlocks) -> Proofs:

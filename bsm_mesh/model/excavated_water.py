@@ -6,41 +6,65 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import place
 from bsm_mesh.model.faces import find_faces
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import presence
+from bsm_mesh.model.water import Water
 
 LEAST_DEPTH = 1e-3  # of the model's height: less water is not worth a note
 
 
 def of_water_on_excavations(model: Model) -> Iterator[str]:
-    """Say which stages excavate surfaces below the water table, and the greatest depth of the water on them."""
+    """Say which stages excavate surfaces below the water, and the greatest depth of the water on them."""
     digs = [stage for stage in model.stages if stage.excavate]
     if not digs or (model.water is None and all(stage.water is None for stage in model.stages)):
         return
-    blocks, water = model.blocks, model.water
-    faces = find_faces(blocks)
-    sides = blocks.owner[np.stack([faces.edge_a, faces.edge_b])]
-    middle = (faces.start + faces.end) / 2
-    least = LEAST_DEPTH * float(np.ptp(blocks.vertices[:, 1]))
-    here = presence(model.stages, blocks)
-    names, depth, where = [], least, middle[:1]
+    sides, middle = _faces_between_blocks(model)
+    here = presence(model.stages, model.blocks)
+    names, depth, where, water = [], _least_depth(model), middle[:1], model.water
     for stage, before, now in zip(model.stages, here, here[1:], strict=False):
         water = water if stage.water is None else stage.water
-        exposed = before[sides].all(axis=0) & (now[sides].sum(axis=0) == 1)
-        if water is None or not exposed.any():
+        exposed = np.flatnonzero(before[sides].all(axis=1) & (now[sides].sum(axis=1) == 1))
+        if water is None or not exposed.size:
             continue
-        below = water.surface().at(middle[exposed, 0]) - middle[exposed, 1]
+        below = depths_below(water, middle[exposed])
         deepest = int(below.argmax())
-        if below[deepest] > least:
+        if below[deepest] > _least_depth(model):
             names.append(f"'{stage.name}'")
         if below[deepest] > depth:
-            depth, where = float(below[deepest]), middle[exposed][deepest]
+            depth, where = float(below[deepest]), middle[exposed[deepest]]
     if names:
         stages = f"stage {names[0]}" if len(names) == 1 else f"stages {', '.join(names)}"
+        surface, form = ("plane", "{ point = [x, y, z] }") if in_space(model.blocks) else ("table", "[[x, y], ...]")
         yield (
-            f"{stages}: the water table lies up to {depth:.3g} m above excavated surfaces, deepest at {place(where)}: "
-            "the water presses on them like a pond. If the excavation is drained, lower the table in the stage "
-            "(water = { table = [[x, y], ...] })"
+            f"{stages}: the water {surface} lies up to {depth:.3g} m above excavated surfaces, deepest at "
+            f"{place(where)}: the water presses on them like a pond. If the excavation is drained, lower the {surface} "
+            f"in the stage (water = {{ {surface} = {form} }})"
         )
+
+
+def depths_below(water: Water, points: FloatArray) -> FloatArray:
+    """Return the depths of points (k, 2) or (k, 3) below the surface of the water, (k,) [m]; -inf: there is none."""
+    if points.shape[1] == 3:
+        none = np.full(len(points), -np.inf)
+        return none if water.plane is None else (water.plane.point - points) @ water.plane.up
+    return water.surface().at(points[:, 0]) - points[:, 1]
+
+
+def _least_depth(model: Model) -> float:
+    return LEAST_DEPTH * float(np.ptp(model.blocks.vertices[:, -1]))
+
+
+def _faces_between_blocks(model: Model) -> tuple[IntArray, FloatArray]:
+    """Return the two blocks of every face, (k, 2), and the middles of the faces, (k, 2) or (k, 3)."""
+    blocks = model.blocks
+    if not in_space(blocks):
+        faces = find_faces(blocks)
+        return blocks.owner[np.column_stack([faces.edge_a, faces.edge_b])], (faces.start + faces.end) / 2
+    corners, sizes = blocks.vertices[blocks.face_vertices], np.diff(blocks.face_offsets)
+    middle = np.add.reduceat(corners, blocks.face_offsets[:-1]) / sizes[:, None]
+    between = (blocks.face_blocks >= 0).all(axis=1) & (blocks.face_blocks[:, 0] != blocks.face_blocks[:, 1])
+    return blocks.face_blocks[between], middle[between]

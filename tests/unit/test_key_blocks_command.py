@@ -143,6 +143,18 @@ def test_the_file_has_gravity_water_and_loads_and_what_is_not_considered_is_note
     assert noted.startswith("stage 'rain' changes strength:")
 
 
+@pytest.mark.parametrize(("level", "noted"), [(3, 1), (-3, 0)])
+def test_water_over_an_opening_is_noted(case: Case, level: int, noted: int) -> None:
+    stage = '[[stage]]\nname = "dig"\nexcavate = ["cavern"]\n\n[[support]]\nboundary = "top"\nfix = "all"\n'
+    rock = ROOF.replace("box =", 'default_joint = "J1"\nbox =')
+    case.write("wet.toml", f"{rock}\n{stage}\n[water]\nplane = {{point = [0, 0, {level}]}}\n")
+    told = json.loads(case.run("key-blocks", "wet.toml", "--json", "--no-picture").out)
+    assert sum("lies up to 3 m above free faces: the water presses" in note for note in told["notes"]) == noted
+    notes = json.loads(case.run("check", "wet.toml", "--json").out)["notes"]
+    says = "stage 'dig': the water plane lies up to 3 m above excavated surfaces, deepest at (0, 0, 0)"
+    assert sum(note.startswith(says) for note in notes) == noted
+
+
 def test_the_stereonet_has_the_face_of_the_slope() -> None:
     net = joint_net(on_incline(20.0).blocks, 30.0, "slope", face=(65.0, 185.0))
     assert net is not None

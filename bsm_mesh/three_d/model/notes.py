@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.errors import nearest
+from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.notes import (
@@ -44,6 +45,7 @@ def notes_in_space(model: Model) -> list[str]:
         *of_unusual(model, rocks, joints),
         *of_faint_strength(model, rocks, joints),
         *_of_water(model),
+        *of_water_on_excavations(model),
         *of_stages(model),
         *of_idle_options(model.options),
     ]
