@@ -130,6 +130,18 @@ class InSitu:
         return np.full(len(x), float(self.surface))
 
 
+def places_of(components: Sequence[object]) -> tuple[tuple[int, int], ...]:
+    """Return row and column in the tensor of each component of a given stress, three of the plane or six of space.
+
+    Examples
+    --------
+    >>> places_of([0, 0, 0])
+    ((0, 0), (1, 1), (0, 1))
+    """
+    names = IN_PLANE if len(components) == len(IN_PLANE) else IN_SPACE
+    return tuple(("xyz".index(name[0]), "xyz".index(name[1])) for name in names)
+
+
 def _stress_ratio(value: object, rules: Rules, name: str = "k0") -> StressRatio:
     if isinstance(value, str):
         if value not in STRESS_RATIOS:

@@ -21,7 +21,7 @@ from bsm_mesh.model.loads import Load
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
-from bsm_mesh.model.overburden import of_overburden
+from bsm_mesh.model.overburden import of_field_and_weights, of_overburden
 from bsm_mesh.model.quantities import GRAVITY_PART, STRENGTH_FACTOR, STRESS_RATIO, quantities_of
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.model.stages import presence
@@ -30,7 +30,6 @@ from bsm_mesh.model.unused import of_single_bolts, unused_in, used_joints, used_
 from bsm_mesh.model.water import Water
 
 SIDEWAYS = 0.5  # of gravity, upwards: more than 60 degrees off is most likely another unit, or a sign
-UNBALANCED = 0.1  # of the mean unit weight: rocks of several weights have no field in equilibrium
 LEAST_FRICTION = 2.0  # degrees: clay of smectite keeps 4 to 5; a tangent or radians of a friction angle are below 1.6
 IDLE = {  # options that have no meaning for a scheme
     "continuation": ("sliding_stiffness",),
@@ -59,14 +58,14 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *unused_in(model),
         *of_single_bolts(model),
         *of_weights(rocks),
-        *(_of_unlimited(model, rocks, joints) if fails else ()),
+        *(of_unlimited(model, rocks, joints) if fails else ()),
         *of_strength(rocks, joints),
         *of_idle_rocks(model, rocks),
         *of_unusual(model, rocks, joints),
         *of_faint_strength(model, rocks, joints),
         *_of_ground(model),
         *of_overburden(model),
-        *_of_field_and_weights(model),
+        *of_field_and_weights(model),
         *_of_levels(model),
         *of_water_on_excavations(model),
         *of_stages(model),
@@ -144,7 +143,8 @@ def of_idle_options(options: Options | None) -> Iterator[str]:
         yield f"solver: {' and '.join(idle)} {verb} no effect with scheme = '{options.scheme}'"
 
 
-def _of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+def of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    """Say which joints, how many faces of rock, and how many bolts have no limit."""
     for joint in joints:
         if joint.law is None:
             yield f"joint '{joint.name}' has no law (friction): it neither slips nor opens, whatever it carries"
@@ -191,6 +191,9 @@ def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
     limited = {rock.name for rock in rocks if rock.can_fail}
     unlimited = np.array([name not in limited for name in blocks.rock_names])[blocks.rock]
     stays = np.logical_and.reduce(presence(model.stages, blocks))
+    if in_space(blocks):
+        one, other = blocks.face_blocks[blocks.face_joint < 0].T
+        return int(((one != other) & (other >= 0) & (unlimited & stays)[one] & (unlimited & stays)[other]).sum())
     return count_faces(blocks, (blocks.edge_joint < 0) & (unlimited & stays)[blocks.owner])
 
 
@@ -284,23 +287,6 @@ def _of_ground(model: Model) -> Iterator[str]:
         lowest = min((y for table in water.table for _, y in table), default=-math.inf)
         if lowest > high + (high - low):
             yield f"{place}: the table lies {lowest - high:.6g} m above the top of the model (y = {high:.6g} m)"
-
-
-def _of_field_and_weights(model: Model) -> Iterator[str]:
-    """Say that a field given by its components is not in equilibrium with the weights."""
-    field = model.in_situ
-    if field is None or field.method != "direct" or field.stress is None:
-        return
-    weight = {rock.name: rock.unit_weight for rock in model.rocks}
-    area = model.blocks.moments.area
-    mean = float(np.array([weight[name] for name in model.blocks.rock_names])[model.blocks.rock] @ area / area.sum())
-    (_, xx_x, _), (_, _, yy_y), (_, xy_x, xy_y) = field.stress
-    off = np.array([xx_x + xy_y, xy_x + yy_y]) + mean * unit_vector(model.gravity_direction)
-    if np.hypot(*off) > UNBALANCED * mean > 0:
-        yield (
-            "in_situ: stress does not balance the weights, and blocks move in the stage initial. "
-            f"The mean unit weight is {mean:.4g} N/m^3; below level ground that balances yy = [c, 0, {mean:.4g}]"
-        )
 
 
 def _waters(model: Model) -> Iterator[tuple[str, Water]]:

@@ -1,4 +1,4 @@
-"""Ground between the in-situ surface and the top of a model: the field counts its weight, the model does not."""
+"""Notes on an in-situ field that does not fit the blocks: ground above them, weights that it does not balance."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ import numpy as np
 
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import counted
+from bsm_mesh.model.in_situ import places_of
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.locate import pairs_at
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import unit_vector
 
 LEAST = 0.05  # of the model's height, on average along its top: less ground is worth no note
+UNBALANCED = 0.1  # of the mean unit weight: rocks of several weights have no field in equilibrium
 
 
 def of_overburden(model: Model) -> Iterator[str]:
@@ -42,6 +46,25 @@ def of_overburden(model: Model) -> Iterator[str]:
             "top: the stress has the weight of this ground, the model has not. Give "
             f'[[load]] boundary = "{bounds[0] if bounds else "top"}", in_situ = true '
             "(in Python bsm.InSituTraction), or lower the surface"
+        )
+
+
+def of_field_and_weights(model: Model) -> Iterator[str]:
+    """Say that a field given by its components is not in equilibrium with the weights."""
+    field = model.in_situ
+    if field is None or field.method != "direct" or field.stress is None:
+        return
+    spatial = in_space(model.blocks)
+    mean = float(model.weights.sum() / model.blocks.moments.bulk.sum())
+    off = mean * (np.array([0.0, 0.0, -1.0]) if spatial else unit_vector(model.gravity_direction))
+    for (row, column), (_, *gradient) in zip(places_of(field.stress), field.stress, strict=True):
+        off[row] += gradient[column]
+        off[column] += gradient[row] * (row != column)
+    if np.linalg.norm(off) > UNBALANCED * mean > 0:
+        vertical = f"zz = [c, 0, 0, {mean:.4g}]" if spatial else f"yy = [c, 0, {mean:.4g}]"
+        yield (
+            "in_situ: stress does not balance the weights, and blocks move in the stage initial. "
+            f"The mean unit weight is {mean:.4g} N/m^3; below level ground that balances {vertical}"
         )
 
 

@@ -8,10 +8,9 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.in_situ import IN_SPACE, places_of
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
-
-COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))  # xx, yy, zz, xy, yz, xz
 
 
 class SpaceStress:
@@ -33,7 +32,7 @@ class SpaceStress:
         stress, given = np.zeros((len(points), 3, 3)), self.given
         if given.stress is not None:
             linear = np.column_stack([np.ones(len(points)), points])
-            for (row, column), field in zip(COMPONENTS, given.stress, strict=True):
+            for (row, column), field in zip(places_of(given.stress), given.stress, strict=True):
                 stress[:, row, column] = stress[:, column, row] = linear @ np.array(field)
             return stress
         depth = given.level(points[:, 0]) - points[:, 2]
@@ -57,7 +56,7 @@ def in_situ_faults(model: Model) -> Iterable[str]:
     if given is None:
         return
     assert in_space(blocks)
-    if given.stress is not None and len(given.stress) != len(COMPONENTS):
+    if given.stress is not None and len(given.stress) != len(IN_SPACE):
         yield "in_situ: of polyhedra stress needs the components xx, yy and zz (and xy, yz, xz)"
     if given.surface is None:
         return

@@ -7,21 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bsm_mesh.errors import nearest
+from bsm_mesh.errors import counted, nearest
 from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.notes import (
-    of_bolts,
     of_idle_options,
     of_idle_rocks,
     of_size,
     of_stages,
     of_strength,
+    of_unlimited,
     of_unusual,
     of_weights,
     of_what_is_held,
 )
+from bsm_mesh.model.overburden import LEAST, of_field_and_weights
+from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.unused import of_single_bolts, used_rocks
 
 if TYPE_CHECKING:
@@ -40,12 +42,14 @@ def notes_in_space(model: Model) -> list[str]:
         *of_weights(rocks),
         *of_strength(rocks, joints),
         *of_idle_rocks(model, rocks),
-        *of_bolts(model),
+        *of_unlimited(model, rocks, joints),
         *of_single_bolts(model),
         *of_unusual(model, rocks, joints),
         *of_faint_strength(model, rocks, joints),
         *_of_water(model),
         *of_water_on_excavations(model),
+        *_of_overburden(model),
+        *of_field_and_weights(model),
         *of_stages(model),
         *of_idle_options(model.options),
     ]
@@ -78,3 +82,30 @@ def _of_water(model: Model) -> Iterator[str]:
             yield f"{place}: the plane lies {depth.min():.6g} m above the top of the model (z = {high:.6g} m)"
         if depth.max() < 0:
             yield f"{place}: the plane lies below all blocks (the lowest point of the model is at z = {low:.6g} m)"
+
+
+def _of_overburden(model: Model) -> Iterator[str]:
+    """Say how many blocks lie above the in-situ surface, and how much ground over a top that nothing loads or holds."""
+    field, bars = model.in_situ, bars_of(model.supports, model.blocks)
+    if field is None or field.surface is None:
+        return
+    held, blocks = np.flatnonzero(bars.held_blocks(model.blocks)), model.blocks
+    assert in_space(blocks)
+    surface, high = float(field.level(np.zeros(1))[0]), float(blocks.vertices[:, 2].max())
+    above = int((blocks.moments.centroid[:, 2] > surface).sum())
+    if above:
+        yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start"
+    near = LEAST * (high - float(blocks.vertices[:, 2].min()))
+    lowest = np.minimum.reduceat(blocks.vertices[blocks.face_vertices, 2], blocks.face_offsets[:-1])
+    top = blocks.outer_faces[lowest[blocks.outer_faces] > high - near]
+    given = {getattr(part, "boundary", None) for part in (*model.supports, *model.loads)}
+    names = [name for name in blocks.boundaries if name in given]
+    taken = np.concatenate([top[:0], *(blocks.boundary_faces(name) for name in names)])
+    bare = ~np.isin(top, taken) & ~np.isin(blocks.face_blocks[top, 0], held)
+    if bare.any() and surface - high > near:
+        weight = float(model.unit_weights.max()) * (surface - high)
+        yield (
+            f"in_situ: the surface lies {surface - high:.4g} m above the top of the model, and nothing loads that top. "
+            "The stress has the weight of this ground, the model has not. Give "
+            f'[[load]] boundary = "top", pressure = {weight:.4g}, or lower the surface'
+        )

@@ -1,0 +1,66 @@
+"""Notes on models in space whose verdict says less than it seems to: what never fails, ground that does not fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.model.notes import notes_of
+from tests.scenes.polyhedra import box, model_in_space
+
+GROUND = {"surface": 2.0, "k0": 0.5}
+BALANCED = {name: (0.0, 0.0, 0.0, 26e3) for name in ("xx", "yy", "zz")}
+
+
+def column(**changes: Any) -> bsm.Model:
+    """Return two cubes on each other, the lower one held."""
+    model = model_in_space([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))])
+    return model.replace(**changes)
+
+
+def with_top(model: bsm.Model) -> bsm.Model:
+    return model.replace(blocks=model.blocks.with_boundary("top", lambda x, y, z: z > 1.99))
+
+
+ELASTIC = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)
+NOTED = {
+    "joint 'J1' has no law (friction)": {"joints": [ELASTIC]},
+    "1 bolt without yield_strength": {"bolts": [bsm.Bolt(start=(0.5, 0.5, 1.9), end=(0.5, 0.5, 0.2), diameter=0.02)]},
+    "in_situ: the surface lies 3 m above the top": {"in_situ": bsm.InSitu(surface=5.0)},
+    "in_situ: 1 block above the surface": {"in_situ": bsm.InSitu(surface=1.0)},
+    "in_situ: stress does not balance the weights": {"in_situ": bsm.InSitu(stress={"zz": -1e6, "xx": 0, "yy": 0})},
+}
+
+
+@pytest.mark.parametrize("text", NOTED)
+def test_a_model_that_says_less_than_it_seems_to_is_noted(text: str) -> None:
+    others = [notes_of(column(**changes)) for name, changes in NOTED.items() if name != text]
+    assert sum(note.startswith(text) for note in notes_of(column(**NOTED[text]))) == 1
+    assert not any(note.startswith(text) for notes in others for note in notes)
+
+
+@pytest.mark.parametrize("field", [GROUND, {"stress": BALANCED}])
+def test_ground_that_fits_has_no_note(field: dict[str, Any]) -> None:
+    assert not any("in_situ" in note for note in notes_of(column(in_situ=bsm.InSitu(**field))))
+
+
+@pytest.mark.parametrize("of", [{"loads": [bsm.Pressure(boundary="top", pressure=78e3)]}, {"supports": None}])
+def test_a_top_that_is_loaded_or_held_bears_the_ground_above(of: dict[str, Any]) -> None:
+    model = with_top(column(in_situ=bsm.InSitu(surface=5.0)))
+    given = of if of.get("loads") else {"supports": [*model.supports, bsm.Fixed(boundary="top")]}
+    assert any("above the top" in note for note in notes_of(model))
+    assert not any("above the top" in note for note in notes_of(model.replace(**given)))
+
+
+def test_faces_of_rock_without_a_joint_are_counted_where_nothing_limits_them() -> None:
+    blocks = bsm.Polyhedra.from_solids([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))], rock="rock")
+    rock = bsm.Rock("rock", unit_weight=26e3, young=20e9, poisson=0.25)
+    strong = bsm.Rock("rock", unit_weight=26e3, young=20e9, poisson=0.25, friction=40, cohesion=1e6)
+    text = "1 face of rock without a joint and without strength"
+    noted = [
+        any(note.startswith(text) for note in notes_of(bsm.Model(blocks=blocks, rocks=[each], **given)))
+        for each, given in ((rock, {}), (strong, {}), (rock, {"joints": [ELASTIC], "default_joint": "J1"}))
+    ]
+    assert noted == [True, False, False]
