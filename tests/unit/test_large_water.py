@@ -12,8 +12,12 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.solve.zones.large_water import water_near
+from bsm_mesh.solve.zones.supports import nodal_unknowns
 from tests.scenes import meeting_zones as meeting
 from tests.scenes.large_zones import bolted
+from tests.scenes.shaken_zones import unwatched
+from tests.scenes.shapes import rectangle
 
 UNIT = 9810.0  # N/m3
 
@@ -83,3 +87,33 @@ def test_a_table_that_rises_acts_in_its_stage():
     assert_allclose(pressed, [meeting.WEIGHT, meeting.WEIGHT - UNIT, meeting.WEIGHT], rtol=1e-5)
     first, _, last = (stage.displacement for stage in results.stages)
     assert_allclose(last, first, atol=1e-4 * np.abs(first).max())
+
+
+def test_a_column_that_water_alone_rights_rests_at_its_tilt():
+    """It leaves its heel. With water that does not change as it tilts it would have no equilibrium."""
+    table = [(-9.0, 2.945), (-1.0, 2.945), (0.0, 0.052), (9.0, 0.052)]
+    polygons = [rectangle(-9, -2, 9, 0), rectangle(-1, 0, 0, 4.093)]
+    model = meeting.meeting(polygons, friction=78.0, kn=1e12, size=4.0, water=bsm.Water(table=table))
+    zones, rigid = bsm.run(model), bsm.run(meeting.rigid(model))
+    assert zones.status == "stable", zones.stages[0].reason
+    assert zones.check().ok
+    tilt = zones.stages[0].displacement[1, 2]
+    assert tilt < -3e-3
+    assert_allclose(tilt, rigid.stages[0].displacement[1, 2], rtol=1e-2)
+
+
+def test_the_stiffness_of_the_water_is_the_derivative_of_its_forces():
+    """Of the forces on a whole block, as it moves and turns."""
+    run = unwatched(meeting.dropped(young=1e10, size=1.0, water=level(0.6)))._run
+    of, u, present = run.of, run.state.u, np.ones(2, dtype=bool)
+    given = of.basis.doflocs[:, nodal_unknowns(of.basis)[:, 0]].T
+    x, y = (given - of.model.blocks.moments.centroid[1]).T
+    unknowns = nodal_unknowns(of.basis)
+    on = np.isin(unknowns[:, 0], of.basis.element_dofs[:, of.mesh.block == 1])
+    modes = np.zeros((3, len(u)))
+    for mode, (dx, dy) in zip(modes, ((1, 0), (0, 1), (-y, x)), strict=True):
+        mode[unknowns[on]] = np.stack([dx * on, dy * on], axis=1)[on]
+    near, step = water_near(run, u, present), 1e-5
+    up, down = ([water_near(run, u + way * step * mode, present).force for mode in modes] for way in (1, -1))
+    found = (np.array(down) - np.array(up)) / (2 * step) @ modes.T
+    assert_allclose(modes @ near.stiffness @ modes.T, found.T, atol=1e-4 * UNIT)

@@ -36,6 +36,7 @@ from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.plastic_rock import PlasticRock, PlasticState
 from bsm_mesh.solve.zones.system import HINGED, FreeUnknowns
 from bsm_mesh.solve.zones.tangents import PointStiffness, Tangents
+from bsm_mesh.solve.zones.water_near import WaterNear
 
 BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
 ROUNDING = 10 * np.finfo(float).eps  # of the greatest stiffness times the greatest displacement
@@ -81,7 +82,7 @@ class Equations:
         Of a block, the median.
     large : LargeBlocks or None
         The rock in large displacement; None: forces act where blocks were given.
-    water : (N,) float64 or None [N/m]
+    water : WaterNear or None
         Part of `load` that changes as blocks move.
     """
 
@@ -95,7 +96,7 @@ class Equations:
     tangents: Tangents
     size: float
     large: LargeBlocks | None = None
-    water: FloatArray | None = None
+    water: WaterNear | None = None
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
         """Return the unbalanced force at displacements u (N,)."""
@@ -109,7 +110,7 @@ class Equations:
         plastic = None if self.plastic is None else self.plastic.evaluate(u)
         if self.plastic is not None and plastic is not None:
             internal = internal - self.plastic.relieved(plastic)
-        residual = self.load - internal
+        residual = (self.load if self.water is None else self.load + self.water.change(u)) - internal
         return Iterate(
             u=u,
             multipliers=multipliers,
@@ -177,6 +178,8 @@ class Equations:
         return self.large.leaves(A, NEUTRAL / self.size * mean)
 
     def _with_bolts(self, A: Any, at: Iterate) -> Any:
+        if self.water is not None:
+            A = sp.csc_matrix(A + self.free.reduced_matrix(self.water.stiffness))
         if self.bolts is None or at.bolts is None:
             return A
         return sp.csc_matrix(A + self.free.reduced_matrix(self.bolts.tangent(at.bolts)))

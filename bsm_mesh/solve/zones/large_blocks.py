@@ -109,7 +109,7 @@ class LargeBlocks:
         Parameters
         ----------
         A : sparse (free, free) [Pa]
-            The tangent, symmetric.
+            The tangent; its symmetric part counts.
         weight : float [N/m2]
             Force over displacement, of a node, up to which a negative stiffness counts as none.
         """
@@ -120,7 +120,7 @@ class LargeBlocks:
         size = A.shape[0]
         # Without exchange of rows the pivots have the signs of the eigenvalues (Sylvester).
         options = {"SymmetricMode": True}
-        shifted = sp.csc_matrix(A + weight * sp.identity(size))
+        shifted = sp.csc_matrix((A + A.T) / 2 + weight * sp.identity(size))
         try:
             factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
         except RuntimeError:  # singular

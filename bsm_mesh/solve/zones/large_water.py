@@ -3,6 +3,9 @@
 As in small displacement the load on rock is the force -grad p per volume, and stresses are effective. A block's whole
 load is that of the pressure on its outline as it deformed. Integration over zones whose volume changed, or which the
 table crosses, leaves a part of it. That part is spread over the block, with its force and moment.
+
+Equilibrium is sought with a load that changes linearly as blocks move and turn, then with the exact load there. With a
+constant load a block that water alone rights at a tilt would have no equilibrium.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.water_pressure import WaterLoad
@@ -19,6 +23,7 @@ from bsm_mesh.solve.zones.equilibrium import BALANCED, Equations
 from bsm_mesh.solve.zones.ground import PoreWater, seepage_forces
 from bsm_mesh.solve.zones.placement import outline_of
 from bsm_mesh.solve.zones.supports import nodal_unknowns
+from bsm_mesh.solve.zones.water_near import WaterNear
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stage_run import StageRun
@@ -52,25 +57,66 @@ def water_forces(water: PoreWater, apart: Apart, u: FloatArray, present: BoolArr
     present : (n,) bool
         Which blocks are there.
     """
-    own, unknowns = u[apart.merged_dof], nodal_unknowns(apart.basis)
-    found = seepage_forces(water, present, apart.mesh, apart.basis, own)
-    node = apart.basis.doflocs[:, unknowns[:, 0]].T + own[unknowns]
-    moved = np.stack([part @ own for part in apart.averages], axis=1)
-    centroid = apart.model.blocks.moments.centroid + moved
-    left = table_on_outlines(water.load, apart, node, centroid)[0] - apart.sums(found, node, centroid)
-    return found + _spread(apart, left * present[:, None], node, centroid)
+    return _forces_and_stiffness(water, apart, u, present)[0]
+
+
+def water_near(run: StageRun, u: FloatArray, present: BoolArray) -> WaterNear | None:
+    """Return the water near displacements u (N,) on the blocks that are there (n,); None: there is none."""
+    water, apart = run.state.water, run.of.apart
+    if water is None or apart is None or not run.of.discretization.large:
+        return None
+    forces, stiffness = _forces_and_stiffness(water, apart, u, present)
+    return WaterNear(run.of.merged(forces), _on_outlines(apart, stiffness, u), u)
 
 
 def wetted(run: StageRun, equations: Equations, u: FloatArray, present: BoolArray) -> Equations | None:
     """Return equations with the water where blocks (n,) are at displacements u (N,); None: it is there already."""
-    water, apart = run.state.water, run.of.apart
-    if water is None or apart is None or equations.water is None:
+    before = equations.water
+    if before is None or (now := water_near(run, u, present)) is None:
         return None
-    now = run.of.merged(water_forces(water, apart, u, present))
-    change = now - equations.water
-    if np.abs(change).max(initial=0.0) <= BALANCED * np.abs(equations.load).max(initial=0.0):
+    missed = now.force - before.force - before.change(u)
+    if np.abs(missed).max(initial=0.0) <= BALANCED * np.abs(equations.load).max(initial=0.0):
         return None
-    return replace(equations, load=equations.load + change, water=now)
+    return replace(equations, load=equations.load + now.force - before.force, water=now)
+
+
+def _forces_and_stiffness(
+    water: PoreWater, apart: Apart, u: FloatArray, present: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return `water_forces` (M,) [N/m], and what of the blocks' stiffness these forces at nodes leave out (n, 3, 3)."""
+    own = u[apart.merged_dof]
+    found = seepage_forces(water, present, apart.mesh, apart.basis, own)
+    node, centroid = _placed(apart, own)
+    total, stiffness = table_on_outlines(water.load, apart, node, centroid)
+    found = found + _spread(apart, (total - apart.sums(found, node, centroid)) * present[:, None], node, centroid)
+    block, arm = apart.node_block, node - centroid[apart.node_block]
+    turned = (arm * found[nodal_unknowns(apart.basis)]).sum(axis=1)  # nodes turn, and the forces on them do not
+    stiffness[:, 2, 2] -= np.bincount(block, turned, minlength=len(stiffness))
+    return found, stiffness * present[:, None, None]
+
+
+def _placed(apart: Apart, own: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where nodes (k, 2) and centroids (n, 2) are at displacements (M,), [m]."""
+    unknowns = nodal_unknowns(apart.basis)
+    moved = np.stack([part @ own for part in apart.averages], axis=1)
+    return apart.basis.doflocs[:, unknowns[:, 0]].T + own[unknowns], apart.model.blocks.moments.centroid + moved
+
+
+def _on_outlines(apart: Apart, stiffness: FloatArray, u: FloatArray) -> Any:
+    """Return the stiffness of blocks (n, 3, 3) as that of the nodes on their outlines, sparse (N, N)."""
+    own, unknowns, mesh, size = u[apart.merged_dof], nodal_unknowns(apart.basis), apart.mesh, len(stiffness)
+    place, centroid = _placed(apart, own)
+    node = np.unique(mesh.piece_ends)
+    block = apart.node_block[node]
+    arm, one, zero = place[node] - centroid[block], np.ones(len(node)), np.zeros(len(node))
+    modes = np.stack([np.stack([one, zero, -arm[:, 1]], axis=1), np.stack([zero, one, arm[:, 0]], axis=1)], axis=1)
+    gram = np.zeros((size, 3, 3))
+    np.add.at(gram, block, np.einsum("kxi,kxj->kij", modes, modes))
+    parts = modes @ np.linalg.inv(gram)[block]  # of forces and moments at nodes
+    row = np.broadcast_to(apart.merged_dof[unknowns[node]][:, :, None], parts.shape)
+    column = np.broadcast_to((3 * block[:, None] + np.arange(3))[:, None, :], parts.shape)
+    spread = sp.csr_matrix((parts.ravel(), (row.ravel(), column.ravel())), shape=(len(u), 3 * size))
+    return spread @ sp.block_diag(list(stiffness), format="csr") @ spread.T
 
 
 def _spread(apart: Apart, left: FloatArray, node: FloatArray, centroid: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stre
 from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
-from bsm_mesh.solve.zones.large_water import water_forces, wetted
+from bsm_mesh.solve.zones.large_water import water_forces, water_near, wetted
 from bsm_mesh.solve.zones.last_known import last_known
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.loose_blocks import loose
@@ -67,7 +67,6 @@ class StageRun:
         self._part = Part(INITIAL, fallen, (), self.state)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
         self.fall: Fall | None = None  # in the stage
-        self.in_water: FloatArray | None = None  # forces of the water in large displacement, on the cells of `loaded`
         self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
     @property
@@ -322,12 +321,10 @@ class StageRun:
         """Return weights, loads and water on the rock that is there, on the unknowns of `loaded`."""
         state, (mesh, basis, _) = self.state, self.of.loaded
         loads = load_vector(state.model, mesh, basis, state.loads, present) + state.pressures
-        self.in_water = None
         if state.water is None:
             return loads
         if self.of.discretization.large and self.of.apart is not None:
-            self.in_water = water_forces(state.water, self.of.apart, state.u, present)
-            return loads + self.in_water
+            return loads + water_forces(state.water, self.of.apart, state.u, present)
         water = seepage_forces(state.water, present, mesh, basis)
         if self.of.apart is not None:
             water = water + self.of.apart.left_of_water(state.water, water, state.history, present)
@@ -369,7 +366,7 @@ class StageRun:
             tangents=Tangents(stiffness, opening, slip, free),
             size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
             large=self._large(on, free) if large else None,
-            water=None if self.in_water is None else of.merged(self.in_water),
+            water=water_near(self, state.u, present),
         )
 
     def _large(self, on: BoolArray, free: FreeUnknowns) -> LargeBlocks:
