@@ -7,6 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.solve.zones.moved_supports import slid_on
+from bsm_mesh.solve.zones.supports import nodal_unknowns
 from tests.scenes import meeting_zones as scenes
 from tests.scenes.shaken_zones import unwatched
 from tests.scenes.shapes import rectangle
@@ -101,6 +103,47 @@ def met(model):
     stages = unwatched(model)
     stages.solution(0, None, None)()
     return stages
+
+
+def points_between(model, moved, *, band=0.02):
+    """Return blocks, places and normals of points once blocks have moved by (n, 2) [m] as a whole."""
+    run = met(model)._run
+    present, of = run.of.presence[0], run.of
+    nodes = nodal_unknowns(of.basis)
+    block = np.zeros(len(nodes), dtype=int)
+    for b, on in enumerate(of.mesh.block == np.arange(len(moved))[:, None]):
+        block[np.isin(nodes[:, 0], of.basis.element_dofs[:, on])] = b
+    u = run.state.u.copy()
+    u[nodes] += np.array(moved)[block]
+    joints = slid_on(run.equations(present, run.loads_on(present)), u, present, band=band).joints
+    here = ~joints.over
+    return joints.block[here], joints.placed(u)[here], joints.frames(u)[0][here]
+
+
+def carries(points, corner, normal):
+    """Return whether a point at a corner has a normal, of either sign."""
+    _, place, normals = points
+    at = np.hypot(*(place - corner).T) < 1e-3
+    return bool((at & (np.abs(normals @ normal) > 0.999)).any())
+
+
+def test_the_corner_of_a_face_carries_after_the_end_of_another_passed_to_a_lower_face():
+    """The right half of the base fell by 0.3 m, and the block slid half over it."""
+    base = [rectangle(-2, -1, 2, 0), rectangle(2, -1, 4, 0)]
+    model = scenes.meeting([*base, rectangle(0.5, 0, 1.5, 1)], young=1e10, held=(0, 1))
+    points = points_between(model, [(0, 0), (0, -0.3), (1.0, 0)])
+    assert carries(points, (2.0, 0.0), (0.0, 1.0))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_corner_of_a_face_carries_after_the_end_of_another_passed_to_the_face_beside_it(turned):
+    """The top of the left block falls from that corner on; its neighbour has risen by 0.01 m."""
+    left, right = [(0, 0), (1, 0), (1, 1), (0, 1.3)], [(1, 0), (2, 0), (2, 1), (1, 1)]
+    two = [right, left] if turned else [left, right]
+    moved = [(0, 0), (0, 0.01)]
+    model = scenes.meeting([rectangle(-1, -1, 3, 0), *map(np.array, two)], young=1e10)
+    points = points_between(model, [(0, 0), *(moved[::-1] if turned else moved)])
+    assert carries(points, (1.0, 1.0), (1.0, 0.0))
 
 
 def test_the_tangent_is_the_derivative_of_the_forces():

@@ -69,10 +69,10 @@ def test_a_block_is_pushed_up_a_ramp(ramp, order):
 
 
 def test_a_block_slides_beyond_an_edge_that_falls():
-    """Its front leaves the base there."""
+    """Its front leaves the base there: three of its four points carry."""
     there = forces(0.6, ramp=-10.0)
     assert_allclose(there.sum(axis=0), SLIDES, rtol=1e-3)
-    assert np.count_nonzero(there[:, 1]) == len(there) - 1
+    assert np.count_nonzero(there[:, 1]) == 3
 
 
 @pytest.mark.slow

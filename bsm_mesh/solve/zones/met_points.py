@@ -105,7 +105,8 @@ def met(
     """
     count, moves = len(joints.own), band > 0
     where, closed = joints.as_given + u[joints.nodes], (state.closed & ~joints.over)[count:]
-    found = _meetings(joints, where, present, state.pressure[count:] * closed, band)
+    pressure = state.pressure[count:] * closed
+    found = _meetings(joints, where, present, pressure, joints.relative(u)[0], band)
     old, again = joints.met, found.known >= 0
     same = again & (_taken(old.corner, found.known) == found.corner)
     rows = np.flatnonzero(closed & ~np.isin(np.arange(len(closed)), found.known[again]))  # hidden, and closed
@@ -185,21 +186,23 @@ def _history(history: JointHistory, source: IntArray, offset: FloatArray) -> Joi
 
 
 def _meetings(
-    joints: MovingPoints, where: FloatArray, present: BoolArray, pressure: FloatArray, band: float
+    joints: MovingPoints, where: FloatArray, present: BoolArray, pressure: FloatArray, gap: FloatArray, band: float
 ) -> Meetings:
     """Return the corners that lie on edges of other blocks, or within a band [m], and no given point represents.
 
-    `pressure` (k,) [N/m]: of the later points so far; closed ones take precedence.
+    `pressure` (k,) [N/m]: of the later points so far; closed ones take precedence. `gap` (q,) [m]: of all points.
     """
     faces = joints.faces
     reach = max(band, RULES.new_penetration * faces.size)
     active, order = _active(joints, where, pressure)
-    on_block = np.stack(_represented(joints), axis=1).astype(np.int32)
+    has, represented = _represented(joints, where, gap, reach)
+    on_block = np.stack(represented, axis=1).astype(np.int32)
     near = faces.near(where, reach, active, Slid(joints.as_given[faces.node], on_block))
     a, b, v, e = near.block_a, near.block_b, near.corner, near.edge
     size = np.minimum(np.sqrt(faces.model.blocks.moments.area), faces.size)
     h = np.minimum(size[a], size[b])
-    lengths, covered = _lengths(joints, near, where, RULES.dual_distance * reach)
+    lengths, covered = _lengths(faces, near, where, RULES.dual_distance * reach, represented)
+    covered |= (has[0][v] == b) | (has[1][faces.preceding[v]] == b)
     lengths[lengths < RULES.min_overlap * h / 2] = 0.0
     meets_corner = near.corner_gap > 0
     diagonal = near.corner_gap > RULES.min_overlap * h * (1 + RULES.rounding)
@@ -289,17 +292,16 @@ def _leaves_over_another(near: Candidates, on: BoolArray, face: IntArray) -> Boo
 
 
 def _lengths(
-    joints: MovingPoints, near: Candidates, where: FloatArray, tolerance: float
+    faces: ZoneFaces, near: Candidates, where: FloatArray, tolerance: float, represented: tuple[IntArray, IntArray]
 ) -> tuple[FloatArray, BoolArray]:
     """Return the lengths of corners on faces along their own, (m,) [m], and which have a point, (m,)."""
-    faces = joints.faces
     following, preceding = faces.following, faces.preceding
     corner, (along, span) = where[faces.node], _directions(faces, where)
     v, e, t = near.corner, near.edge, along[near.edge]
     turn = _sine(along[preceding[v]], along[v])
     flat = np.abs(turn) <= RULES.parallel
-    starts, ends = _represented(joints)
-    total, covered = np.zeros(len(v)), (starts[v] == near.block_b) | (ends[preceding[v]] == near.block_b)
+    starts, ends = represented
+    total, covered = np.zeros(len(v)), np.zeros(len(v), dtype=bool)
     for own, far, way, edge in (
         (v, following[v], -1.0, preceding),
         (preceding[v], preceding[v], 1.0, following),
@@ -329,15 +331,26 @@ def _directions(faces: ZoneFaces, where: FloatArray) -> tuple[FloatArray, FloatA
     return along / span[:, None], span
 
 
-def _represented(joints: MovingPoints) -> tuple[IntArray, IntArray]:
-    """Return the block that points at starts and ends of edges face, of their own joints, (v,) each; -1: no point."""
+def _represented(
+    joints: MovingPoints, where: FloatArray, gap: FloatArray, reach: float
+) -> tuple[tuple[IntArray, IntArray], tuple[IntArray, IntArray]]:
+    """Return the blocks that points of given joints face at starts and ends of edges, (v,) each; -1: no point.
+
+    The second pair has the blocks on which the edges lie there. A point that left a face over its end faces another
+    one. The edge does not lie on that face. A point out of reach [m] faces nothing.
+    """
     faces, count = joints.faces, len(joints.own)
-    facing = np.where(joints.over[:count], -1, joints.block[:count, 0])
-    found = np.full((2, len(faces.node)), -1)
-    for side, edge in zip(found, joints.own.T, strict=True):
-        there = edge >= 0
-        side[edge[there]] = facing[there]
-    return found[0], found[1]
+    facing = np.where((joints.over | (gap > reach))[:count], -1, joints.block[:count, 0])
+    ends = where[faces.chains.node[joints.places.piece[:count], :2]]
+    side = ends[:, 1] - ends[:, 0]
+    side, along = side / np.hypot(*side.T)[:, None], _directions(faces, where)[0]
+    has, lies = np.full((2, 2, len(faces.node)), -1)
+    for k, edge in enumerate(joints.own.T):
+        on = np.flatnonzero(edge >= 0)
+        has[k, edge[on]] = facing[on]
+        flat = np.abs(_sine(along[edge[on]], side[on])) <= RULES.parallel
+        lies[k, edge[on]] = np.where(flat, facing[on], -1)
+    return (has[0], has[1]), (lies[0], lies[1])
 
 
 def _taken(values: Any, rows: IntArray) -> Any:
