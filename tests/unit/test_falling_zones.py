@@ -10,8 +10,11 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh import solving
+from bsm_mesh.solve.zones import following, zone_kernels
+from tests.scenes.kinked_plane import KinkedPlane
 from tests.scenes.large_zones import pushed
 from tests.scenes.meeting_zones import beside, meeting
+from tests.scenes.shaken_zones import unwatched
 from tests.scenes.shapes import rectangle
 
 FLOOR, ON_IT = rectangle(-1, -1, 3, 0), rectangle(0, 0, 1, 1)
@@ -116,3 +119,58 @@ def test_the_corner_of_a_joint_below_holds_no_block_that_slides_over_it(by, orde
     forces = np.where(mine, 1, -1)[:, None] * contacts.force
     on = mine | (contacts.block_b == 2)
     assert_allclose(forces[on].sum(axis=0), (14433.0, -25e3), rtol=1e-3)
+
+
+def in_motion(model):
+    """Return the blocks of a model in motion to rest, where they were given."""
+    run = unwatched(model)._run
+    present = run.of.presence[0]
+    return run.of, following._in_motion(run, run.equations(present, run.loads_on(present)), present)
+
+
+def test_a_block_that_bounces_is_held_though_it_is_open_at_the_last_look():
+    of, motion = in_motion(meeting([FLOOR, rectangle(0, 0.1, 1, 1.1)], young=1e10))
+    assert list(following._held(of, motion)) == [True, False]
+    motion.touched = np.array([[1, 0]], dtype=np.int32)
+    assert list(following._held(of, motion)) == [True, True]
+
+
+def test_points_that_close_and_open_between_two_looks_are_remembered():
+    """The block falls by 2 mm, and stiff rock rebounds."""
+    _, motion = in_motion(meeting([FLOOR, rectangle(0, 2e-3, 1, 1.002)], young=1e10))
+    motion.go_on(0.01)
+    assert not len(motion.touched)
+    motion.go_on(0.04)
+    assert [1, 0] in np.sort(motion.touched, axis=1)[:, ::-1].tolist()
+
+
+def test_forces_by_which_rock_vibrates_do_not_drag_a_block_that_slides():
+    """Two nodes of a piece, the second one three times as heavy, under opposite forces; another without a piece."""
+    velocity, forces, room = np.ones((3, 3)), np.zeros((3, 3)), np.zeros((1, 5))
+    forces[:, 0] = 6.0, -6.0, 6.0
+    inverse = np.repeat([[1.0], [1 / 3], [1.0]], 3, axis=1)
+    damping = (0.5, np.array([0, 0, -1], dtype=np.int32), room)
+    zone_kernels._damp(damping, inverse, velocity, np.zeros((3, 3)), forces)
+    assert_allclose(forces[:2, 0].sum(), 0.0, atol=1e-12)
+    assert_allclose(forces[2, 0], 3.0)
+    forces[:, 0] = 2.0, 6.0, 0.0  # of a motion as a whole
+    zone_kernels._damp(damping, inverse, velocity, np.zeros((3, 3)), forces)
+    assert_allclose(forces[:, 0], (1.0, 3.0, 0.0))
+
+
+@pytest.mark.slow
+def test_a_slab_slides_over_a_kink_between_loose_blocks():
+    """Its rear hits the plane below the kink. Rock vibrates then."""
+    model = KinkedPlane.drawn(4, loose=True, bare=False).model()
+    zones = bsm.Zones(size=8.0, order=1, displacement="large")
+    results = bsm.run(model.replace(rocks=[dataclasses.replace(model.rocks[0], zones=zones)]))
+    assert results.status == "unstable", results.stages[0].reason
+
+
+def test_sizes_of_the_ground_do_not_count_where_a_block_falls():
+    """It falls freely from the edge of ground of 20 m: by a tenth of its own size until it is unstable."""
+    model = meeting([rectangle(-20, -20, 0, 0), rectangle(0.1, -1, 1.1, 0)], young=1e10)
+    stage = bsm.run(model).stages[0]
+    assert stage.status == "unstable"
+    assert list(stage.unstable_blocks) == [1]
+    assert 0.1 < -stage.displacement[1, 1] < 0.5

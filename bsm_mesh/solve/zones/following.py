@@ -52,14 +52,14 @@ def follow(run: StageRun, equations: Equations, present: BoolArray) -> tuple[Equ
         motion = _in_motion(run, equations, present)
     except ModelError:
         return None
-    size, start = np.sqrt(of.model.blocks.moments.area), movement(of, u)
-    size = np.maximum(size, size.mean())
+    blocks, start, free = of.model.blocks.moments, movement(of, u), _free(of, equations, present)
+    size = np.maximum(blocks.size, blocks.mean_size(free))
     allowed, runs_on = COLLAPSE.runs * size, RUNS_ON
     if run.limit is not None:
         allowed, runs_on = np.full_like(size, run.limit), moved_beyond(run.limit)
     recent, held = deque([start], PARTS), start
     last, most, gone = 0.0, 0.0, np.zeros_like(present)
-    longest = time_to_rest(size)
+    longest = time_to_rest(size[free])
     while motion.memory.time < longest and not gone.any():
         go_on(motion)
         if motion.diverged:
@@ -104,14 +104,24 @@ def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> Zones
     return motion
 
 
+def _free(of: Continuum, equations: Equations, present: BoolArray) -> BoolArray:
+    """Return the blocks whose sizes count, (n,): those without a support, or all blocks if each has one."""
+    free = present.copy()
+    free[of.mesh.block[equations.free.supports.held[of.basis.element_dofs].any(axis=0)]] = False
+    return free if free.any() else present
+
+
 def _held(of: Continuum, motion: ZonesToRest) -> BoolArray:
-    """Return which blocks are connected to a support by closed points, bolts in tension and rock, (n,)."""
+    """Return which blocks are connected to a support by points, bolts in tension and rock, (n,).
+
+    Points count that were closed at any time since the last look: stiff blocks that bounce are seldom closed at once.
+    """
     joints, state, free = motion.equations.joints, motion.at.state, motion.equations.free
     dofs, block, count = of.basis.element_dofs, of.mesh.block, of.model.blocks.count
     assert joints is not None
     assert state is not None
     # Blocks, then unknowns: cells tie both.
-    one, other = joints.block[state.closed].T
+    one, other = np.concatenate([joints.block[state.closed], motion.touched]).T
     bolts, forces = motion.equations.bolts, motion.at.bolts
     if bolts is not None and forces is not None:
         first = bolts.bolts.layout.first_node[forces.tension > 0]

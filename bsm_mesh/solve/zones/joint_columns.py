@@ -181,6 +181,11 @@ class JointWindow:
             parted=history.parted | broken,
         )
 
+    def touched(self, chunks: dict[str, Any]) -> IntArray:
+        """Return the blocks at points that were closed at any time in the window, (k, 2)."""
+        found: IntArray = self._points.block[column_of(chunks["contacts"], "contacted", self._asked.count) > 0]
+        return found
+
     def work(self, chunks: dict[str, Any], after: JointState) -> tuple[FloatArray, float]:
         """Return the energies that slip took at every point, (q,) [N], and that dashpots took, in the window.
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError
@@ -58,6 +59,8 @@ class MovingRock:
         Parts of the mass of every block at nodes.
     in_joints : (N,) float64 [N/m]
         Forces of the water in joints, which small displacements do not turn.
+    pieces : (k,) int32, (p, 5) float64
+        Pieces of rock without a support of every node, -1: none, and room for each, as `advance_zones` takes them.
     cells : tuple of arrays
         These cells, as `advance_zones` takes them.
     """
@@ -90,6 +93,7 @@ class MovingRock:
         initial = np.zeros((*rock.weight.shape, 3)) if rock.initial is None else rock.initial
         parts = corner.T.astype(np.uint32), rock.gradient, rock.weight, rock.stiffness, initial
         self.block = block[moving]
+        self.pieces = self._free_pieces(corner[:, on])
         self.cells: tuple[Any, ...] = (
             *(np.ascontiguousarray(part[moving]) for part in parts),
             equations.large is not None,
@@ -119,6 +123,16 @@ class MovingRock:
         self.own = np.flatnonzero((self.mass > 0) & ~given.any(axis=1)).astype(np.uint32)
         still = np.zeros((len(self.mass), 3))
         self.supports = np.arange(len(rows)), rows.astype(np.int32), projector, still
+
+    def _free_pieces(self, corner: IntArray) -> tuple[IntArray, FloatArray]:
+        """Return `pieces` of cells with nodes (w, t): blocks that share nodes are one piece."""
+        count = len(self.nodes)
+        pairs = np.tile(corner[0], len(corner)), corner.ravel()  # each cell ties its first node to all its others
+        graph = sp.coo_matrix((np.ones(len(pairs[0]), np.int8), pairs), shape=(count, count))
+        total, piece = connected_components(graph, directed=False)
+        stays = np.zeros(total, dtype=bool)
+        stays[piece[np.append(self._supported, np.flatnonzero(self.mass <= 0))]] = True
+        return np.where(stays[piece], -1, piece).astype(np.int32), np.zeros((total, 5))
 
     def projected(self, vectors: FloatArray) -> FloatArray:
         """Return vectors at nodes (k, 3) with those at supports along their free directions only."""

@@ -83,6 +83,8 @@ class ShakenZones:
         Whether nodes are nowhere any more.
     damping : float
         Part of each force that acts against the velocity.
+    touched : (k, 2) int
+        Blocks at points that were closed at any time in the last `go_on`.
     is_over : bool
         Whether the base is at rest, or moves on as it does, and no wave enters.
     slide : float
@@ -113,6 +115,7 @@ class ShakenZones:
         self._along = np.asarray(self._base.axis, dtype=np.float64) * (shaking.boundary is None)
         self._axis = np.append(self._base.axis, 0.0) * (rock.mass > 0)[:, None] * (shaking.boundary is None)
         mass = np.where(rock.mass > 0, rock.mass, 1.0)[:, None]
+        self.touched = np.zeros((0, 2), dtype=np.int32)
         self._drag = shaking.drag + quiet.dashpots / mass  # 1/s
         self._window: JointWindow | None = None
         self._counted: FloatArray | None = None
@@ -139,6 +142,7 @@ class ShakenZones:
 
     def go_on(self, until: float) -> None:
         """Move nodes until a time [s], or until they are nowhere any more."""
+        self.touched = self.touched[:0]
         while self.memory.time < until and not self.diverged:
             self._advance(until)
 
@@ -199,7 +203,7 @@ class ShakenZones:
             rock.bolts(self.equations, self.at),
             (rock.on_nodes(self.equations.load), self._axis * mass, cycles.base),
             np.repeat(inverse, 3, axis=1),
-            self.damping,
+            (self.damping, *rock.pieces),
             velocity,
             moved,
             room,
@@ -304,6 +308,7 @@ class ShakenZones:
             at_points, damped = window.work(laws, there.state)
             joint = np.minimum(joints.joint, len(slip) - 1)  # the last: of rock
             slip = np.bincount(joint, at_points, len(slip)).astype(np.float64)
+            self.touched = np.unique(np.concatenate([self.touched, window.touched(laws)]), axis=0)
         self._begin()
         self._limit_time_step()
         return slip, damped

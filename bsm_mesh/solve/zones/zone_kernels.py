@@ -52,7 +52,7 @@ def advance_zones(
     bolts: Spread,
     loads: tuple[FloatArray, FloatArray, FloatArray],
     inverse_mass: FloatArray,
-    damping: float,
+    damping: tuple[float, IntArray, FloatArray],
     velocity: FloatArray,
     moved: FloatArray,
     room: FloatArray,
@@ -72,8 +72,10 @@ def advance_zones(
         See above; laws as of contacts. They carry on their state.
     loads : acting (k, 3), pushed (k, 3), size (cycles,)
         Constant forces; less the others times their size in a cycle.
-    inverse_mass : (k, 3) float64, damping : float
-        Over the square of a cycle; part of each force that acts against the velocity (Cundall 1987).
+    inverse_mass : (k, 3) float64
+        Over the square of a cycle.
+    damping : float, pieces (k,), room (p, 5)
+        Part of each force that acts against the velocity (Cundall 1987); piece of rock of every node, -1: none; room.
     velocity : (k, 3) float64 [m]
         Movement in a cycle; it changes in place.
     moved, room : (2, k, 3) float64
@@ -90,7 +92,7 @@ def advance_zones(
         _add_rock(here, rock, forces)
         ends = _add_points(here, points, laws, reach, state, forces)
         _set_bolts(here, bolts, room[1])
-        _damp(damping, velocity, room[1], forces)
+        _damp(damping, inverse_mass, velocity, room[1], forces)
         base, half = (loads[1], loads[2][cycle]), wave[1][cycle] / 2
         wave[2][0] += half * _power(half, wave[0], velocity)
         move_shaken(own, supports, inverse_mass, base, shaken, None, cycle, room, velocity, here, there)
@@ -255,15 +257,56 @@ def _set_bolts(here: FloatArray, bolts: Spread, forces: FloatArray) -> None:  # 
 
 @njit(nogil=True)
 def _damp(
-    damping: float, velocity: FloatArray, bolts: FloatArray, forces: FloatArray
+    damping: tuple[float, IntArray, FloatArray],
+    inverse_mass: FloatArray,
+    velocity: FloatArray,
+    bolts: FloatArray,
+    forces: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Let a part of each force (k, 3), with that of bolts (k, 3), act against the velocity."""
-    if damping == 0.0:
+    """Let a part of each force (k, 3), with that of bolts (k, 3), act against the velocity.
+
+    A piece of rock that slides is damped by the force on all of it. Forces that let it vibrate would drag it to a stop.
+    """
+    part, piece, whole = damping
+    if part == 0.0:
         return
+    _set_whole(piece, inverse_mass, velocity, bolts, forces, whole)
     for i in range(forces.shape[0]):
+        p = piece[i]
         for axis in range(2):
-            force = forces[i, axis] + bolts[i, axis]
-            forces[i, axis] -= damping * force if force * velocity[i, axis] > 0.0 else -damping * force
+            force, speed, of_whole, drift = forces[i, axis] + bolts[i, axis], velocity[i, axis], 0.0, 0.0
+            if p >= 0:
+                of_whole = whole[p, 1 + axis] / (inverse_mass[i, axis] * whole[p, 0])
+                drift = whole[p, 3 + axis] / whole[p, 0]
+            forces[i, axis] -= part * (_along(force - of_whole, speed - drift) + _along(of_whole, drift))
+
+
+@njit(nogil=True)
+def _set_whole(
+    piece: IntArray,
+    inverse_mass: FloatArray,
+    velocity: FloatArray,
+    bolts: FloatArray,
+    forces: FloatArray,
+    whole: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Set mass, forces in x and y and momentum of pieces, (p, 5)."""
+    whole[:] = 0.0
+    for i in range(forces.shape[0]):
+        p = piece[i]
+        if p < 0:
+            continue
+        mass = 1.0 / inverse_mass[i, 0]
+        whole[p, 0] += mass
+        for axis in range(2):
+            whole[p, 1 + axis] += forces[i, axis] + bolts[i, axis]
+            whole[p, 3 + axis] += mass * velocity[i, axis]
+
+
+@njit(nogil=True, forceinline=True)
+def _along(force: float, velocity: float) -> float:  # pragma: no cover - compiled
+    """Return the size of a force in the direction of a velocity."""
+    return force if force * velocity > 0.0 else -force
 
 
 @njit(nogil=True)
