@@ -19,7 +19,7 @@ import numpy as np
 import bsm_mesh as bsm
 from benchmarks.campaign import outcome
 from benchmarks.campaign.outcome import DECIDED, Record, noticeable
-from benchmarks.campaign.scene import Scene, polygon_centre
+from benchmarks.campaign.scene import FloatArray, Scene, polygon_centre
 from benchmarks.campaign.statics import unbalanced, weights
 from benchmarks.campaign.transforms import mirrored, noded, renumbered, scaled, turned
 from benchmarks.campaign.trial import Trial, generator_of
@@ -114,29 +114,46 @@ def _lack_at_start(scene: Scene) -> float:
     )
 
 
-def _end(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
-    """Hold a stable end to what forces can do between the blocks where they lie; bolts and water as recorded."""
-    scene, record, results = case.trial.scene, case.record, case.results
-    if record["status"] != "stable" or scene.count > MOST_BLOCKS:
-        return
+def lack_at_end(scene: Scene, results: Results, polygons: list[FloatArray], closure: float) -> float:
+    """Return by how many weights the loads at the end exceed what forces do between the blocks where they lie.
+
+    Bolts and water act as recorded. What is nearer than a small gap and twice the closure of joints touches.
+
+    Parameters
+    ----------
+    scene : Scene
+        What ran.
+    results : Results
+        Its results.
+    polygons : list of (k, 2) float64 [m]
+        All blocks where they are at the end.
+    closure : float
+        By how much blocks overlap where they touch, over the size of a block.
+    """
     stage = results.stages[-1]
-    polygons = outcome.final_polygons(results)
     loads = stage.loads.copy()
     centre = results.blocks.moments.centroid + (stage.origin + stage.displacement)[:, :2]
     block, point, force = stage.bolts.on_blocks()
     arm = point - centre[block]
     np.add.at(loads, block, np.column_stack([force, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]]))
     there = np.flatnonzero(stage.present)
-    reach = min(TOUCHING[1] + 2 * record["closure"], MOST_REACH) * scene.size
-    lack = unbalanced(
+    return unbalanced(
         [polygons[b] for b in there],
         loads[there],
         np.flatnonzero(~np.isin(there, scene.held)),
         friction=scene.friction,
         cohesion=scene.cohesion,
-        reach=reach,
+        reach=min(TOUCHING[1] + 2 * closure, MOST_REACH) * scene.size,
         size=scene.size,
     )
+
+
+def _end(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
+    """Hold a stable end to what forces can do between the blocks where they lie."""
+    scene, record, results = case.trial.scene, case.record, case.results
+    if record["status"] != "stable" or scene.count > MOST_BLOCKS:
+        return
+    lack = lack_at_end(scene, results, outcome.final_polygons(results), record["closure"])
     facts["lack_at_end"] = outcome.rounded(lack)
     if lack > LACK:
         yield "end", f"{lack:.1e} weights of the stable end cannot be balanced by forces between touching blocks"
