@@ -75,6 +75,18 @@ def test_a_block_slides_beyond_an_edge_that_falls():
     assert np.count_nonzero(there[:, 1]) == 3
 
 
+def test_no_point_carries_in_the_air_beyond_the_end_of_a_long_side():
+    """Before the block lie three metres of its base without a node; its front is 0.2 m beyond their end."""
+    model = pushed(3.24, block=(0.5, 1.0), size=8.0)
+    coarse = [dataclasses.replace(rock, zones=dataclasses.replace(rock.zones, size=8.0)) for rock in model.rocks]
+    results = bsm.run(model.replace(rocks=coarse))
+    assert results.status == "stable", results.stages[0].reason
+    contacts = results.stages[0].contacts
+    carries = contacts.normal_force < -1.0
+    assert_allclose(contacts.point[carries, 0].max(), 4.0, atol=1e-3)
+    assert_allclose(contacts.normal_force.sum(), -WEIGHT / 2, rtol=1e-3)
+
+
 @pytest.mark.slow
 def test_a_block_that_slid_off_is_unstable():
     """Points over the end of a face carry nothing; the others and the edge of the base do until none is left."""

@@ -30,7 +30,7 @@ from bsm_mesh.solve.zones.zone_faces import ZoneFaces
 
 QUARTER = np.array([(0.0, -1.0), (1.0, 0.0)])
 SLID = 1e-3  # of the side of a zone: beyond, a point gets the place that it faces
-OVER = 0.1  # of the same: beyond the end of a face a point faces nothing
+OVER = 0.1  # of the same: so far beyond the end of a face a point faces nothing, if a lip does not end it before
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -169,7 +169,8 @@ class MovingPoints(JointPoints):
             self._tails[far],
             self._lip_of(far),
         )
-        over[far] = np.abs(share[far] - 0.5) > 0.5 + OVER
+        beyond = (np.abs(share[far] - 0.5) - 0.5) * self.pieces[far]
+        over[far] = beyond > self._lip_of(far)(np.arange(len(far)), self.faces.chains.block[piece[far]])
         share[over] = share[over].clip(0.0, 1.0)
         if (piece == places.piece).all() and (share == places.share).all() and (over == places.over).all():
             return None  # those that slid far are over the end of a face still
