@@ -6,11 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from benchmarks import zone_families
+from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import LACK
+from benchmarks.campaign.outcome import run
 from benchmarks.campaign.scene import Scene, box, turn
+from benchmarks.campaign.trial import trial_of
 
 DIP = 25.0
 
@@ -41,3 +45,13 @@ def test_outlines_are_those_of_the_deformed_blocks(rest):
     assert len(outlines) == scene.count
     assert len(outlines[1]) >= len(scene.polygons[1])
     assert 0 < np.abs(outlines[1].mean(axis=0) - scene.polygons[1].mean(axis=0)).max() < 1e-3
+
+
+def test_a_block_in_water_slides_to_the_rest_of_the_rigid_one():
+    """Equilibrium is sought in parts of the unbalanced force, and the water changes from part to part."""
+    scene = trial_of(FAMILIES["plane"], 2).scene
+    zones, rigid = bsm.run(zone_families.zoned(scene)), run(scene)[0]
+    assert zones.status == rigid.status == "stable"
+    one, other = (results.stages[-1].displacement[1, :2] for results in (zones, rigid))
+    assert np.hypot(*other) > 0.2
+    assert_allclose(one, other, rtol=1e-3)

@@ -247,9 +247,10 @@ class StageRun:
         if not loose(self.of, *first[:2], present):
             self.state.u = u
             out_of_balance, now = equations.at(u, equations.free.none).residual, equations
+            held_back = np.zeros_like(u)
             for part in range(1, PARTS + 1):
-                held_back = (1 - part / PARTS) * out_of_balance
-                now, at, converged = self._settled(replace(now, load=equations.load - held_back), present)
+                before, held_back = held_back, (1 - part / PARTS) * out_of_balance
+                now, at, converged = self._settled(replace(now, load=now.load + before - held_back), present)
                 if not converged:
                     break
                 self.state.u = at.u
