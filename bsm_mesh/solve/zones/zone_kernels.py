@@ -72,10 +72,8 @@ def advance_zones(
         See above; laws as of contacts. They carry on their state.
     loads : acting (k, 3), pushed (k, 3), size (cycles,)
         Constant forces; less the others times their size in a cycle.
-    inverse_mass : (k, 3) float64
-        Over the square of a cycle.
-    damping : float, pieces (k,), room (p, 5)
-        Part of each force that acts against the velocity (Cundall 1987); piece of rock of every node, -1: none; room.
+    inverse_mass : (k, 3) float64; damping : part, pieces (k,), room (p, 5)
+        Over the square of a cycle; part of forces against the velocity (Cundall 1987), piece of every node, -1: none.
     velocity : (k, 3) float64 [m]
         Movement in a cycle; it changes in place.
     moved, room : (2, k, 3) float64
