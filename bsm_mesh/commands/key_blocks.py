@@ -12,7 +12,7 @@ from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.key_block_files import NET, PICTURE, write_key_blocks
 from bsm_mesh.folder.summary import versions
-from bsm_mesh.model.excavated_water import depths_below
+from bsm_mesh.model.excavated_water import depths_below, least_depth
 from bsm_mesh.model.model import Model
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
@@ -111,7 +111,7 @@ def _under_water(loaded: LoadedSpace, model: Model, found: KeyBlocks) -> list[st
     if water is not None and len(found.free_faces):
         sizes, first = np.diff(blocks.face_offsets)[found.free_faces], blocks.face_offsets[found.free_faces]
         depth = float(depths_below(water, blocks.vertices[blocks.face_vertices[spread(first, sizes)]]).max())
-    if depth <= 0:
+    if depth <= least_depth(model):
         return []
     return [
         f"the plane of groundwater lies up to {depth:.3g} m above free faces: the water presses on them like a pond. "

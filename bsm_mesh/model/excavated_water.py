@@ -24,7 +24,7 @@ def of_water_on_excavations(model: Model) -> Iterator[str]:
         return
     sides, middle = _faces_between_blocks(model)
     here = presence(model.stages, model.blocks)
-    names, depth, where, water = [], _least_depth(model), middle[:1], model.water
+    names, depth, where, water = [], least_depth(model), middle[:1], model.water
     for stage, before, now in zip(model.stages, here, here[1:], strict=False):
         water = water if stage.water is None else stage.water
         exposed = np.flatnonzero(before[sides].all(axis=1) & (now[sides].sum(axis=1) == 1))
@@ -32,7 +32,7 @@ def of_water_on_excavations(model: Model) -> Iterator[str]:
             continue
         below = depths_below(water, middle[exposed])
         deepest = int(below.argmax())
-        if below[deepest] > _least_depth(model):
+        if below[deepest] > least_depth(model):
             names.append(f"'{stage.name}'")
         if below[deepest] > depth:
             depth, where = float(below[deepest]), middle[exposed[deepest]]
@@ -54,7 +54,8 @@ def depths_below(water: Water, points: FloatArray) -> FloatArray:
     return water.surface().at(points[:, 0]) - points[:, 1]
 
 
-def _least_depth(model: Model) -> float:
+def least_depth(model: Model) -> float:
+    """Return the depth of water on a surface that is worth a note [m]."""
     return LEAST_DEPTH * float(np.ptp(model.blocks.vertices[:, -1]))
 
 

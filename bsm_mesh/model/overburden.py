@@ -24,10 +24,8 @@ def of_overburden(model: Model) -> Iterator[str]:
     field, blocks = model.in_situ, model.blocks
     if field is None or field.surface is None:
         return
-    above = int((blocks.moments.centroid[:, 1] > field.level(blocks.moments.centroid[:, 0])).sum())
-    if above:
-        line = "" if isinstance(field.surface, tuple) else "; surface may be the line of the ground, [[x, y], ...]"
-        yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start{line}"
+    line = "" if isinstance(field.surface, tuple) else "; surface may be the line of the ground, [[x, y], ...]"
+    yield from of_blocks_above(model, line)
     edges = _top(model)
     start, end = blocks.vertices[edges], blocks.vertices[blocks.following[edges]]
     width, (x, y) = start[:, 0] - end[:, 0], ((start + end) / 2).T
@@ -47,6 +45,15 @@ def of_overburden(model: Model) -> Iterator[str]:
             f'[[load]] boundary = "{bounds[0] if bounds else "top"}", in_situ = true '
             "(in Python bsm.InSituTraction), or lower the surface"
         )
+
+
+def of_blocks_above(model: Model, cure: str = "") -> Iterator[str]:
+    """Say how many blocks lie above the in-situ surface."""
+    centroid = model.blocks.moments.centroid
+    if model.in_situ is not None and model.in_situ.surface is not None:
+        above = int((centroid[:, -1] > model.in_situ.level(centroid[:, 0])).sum())
+        if above:
+            yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start{cure}"
 
 
 def of_field_and_weights(model: Model) -> Iterator[str]:

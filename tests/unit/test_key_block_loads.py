@@ -7,6 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.three_d.key_blocks.loads import RockLoads
+from tests.scenes.polyhedra import box, model_in_space
 from tests.scenes.rock_3d import WEDGES, wedge_factor, wedge_rock
 from tests.unit.test_key_blocks import ROCK, ROUNDING, joint, roof
 
@@ -59,14 +61,24 @@ def test_a_wedge_has_the_gravity_the_water_and_the_loads_of_its_model(name):
 
 
 def test_water_in_a_joint_presses_where_both_blocks_are_there():
-    """The free face of a cube on a plane was a joint before its neighbour was excavated."""
+    """Of three cubes on each other the middle one is pressed from both sides, and a gone one leaves its neighbours."""
+    cubes = [box((0, 0, z), (1, 1, z + 1)) for z in (0, 1, 2)]
+    model = model_in_space(cubes).replace(water=bsm.Water(joint_pressure={"J1": 20e3}))
+    dry = RockLoads(model.replace(water=None))
+    for loads in (RockLoads(model), RockLoads(model.replace(water=None), joint_pressure={"J1": 20e3})):
+        for present, lifts in (([1, 1, 1], (-20e3, 0, 20e3)), ([1, 1, 0], (-20e3, 20e3, 0)), ([1, 0, 1], (0, 0, 0))):
+            there = np.array(present, dtype=bool)
+            pressed = loads.on_blocks(there) - dry.on_blocks(there)
+            assert_allclose(pressed[:, 2], lifts, atol=1e-6)
+
+
+def test_a_pressure_in_the_joints_of_a_roof_adds_to_its_support():
+    """Water presses the pyramid down on its foot from four sides; it is given by the model or by name."""
     blocks = roof()
-    water = bsm.Water(joint_pressure={"J1": 20e3})
-    model = bsm.Model(blocks=blocks, rocks=ROCK, joints=[joint("J1")], water=water)
+    model = bsm.Model(blocks=blocks, rocks=ROCK, joints=[joint("J1")])
     given = {"excavated": ["cavern"], "free": ["south", "north"]}
-    ours, theirs = bsm.key_blocks(model, **given), bsm.key_blocks(model.replace(water=None), **given)
-    by_name = bsm.key_blocks(model.replace(water=None), **given, joint_pressure={"J1": 20e3})
+    ours = bsm.key_blocks(model.replace(water=bsm.Water(joint_pressure={"J1": 20e3})), **given)
+    by_name = bsm.key_blocks(model, **given, joint_pressure={"J1": 20e3})
     assert_allclose(ours.support, by_name.support)
     falls = ours.modes.index("falls")
-    area = 4.0  # of the foot, on which the weight rests; water presses down on it from four sides
-    assert_allclose(ours.support[falls] - theirs.support[falls], 20e3 * area / area, rtol=1e-6)
+    assert_allclose(ours.support[falls] - bsm.key_blocks(model, **given).support[falls], 20e3, rtol=1e-6)

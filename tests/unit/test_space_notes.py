@@ -21,7 +21,7 @@ def column(**changes: Any) -> bsm.Model:
 
 
 def with_top(model: bsm.Model) -> bsm.Model:
-    return model.replace(blocks=model.blocks.with_boundary("top", lambda x, y, z: z > 1.99))
+    return model.replace(blocks=model.blocks.with_boundary("crest", lambda x, y, z: z > 1.99))
 
 
 ELASTIC = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)
@@ -46,11 +46,12 @@ def test_ground_that_fits_has_no_note(field: dict[str, Any]) -> None:
     assert not any("in_situ" in note for note in notes_of(column(in_situ=bsm.InSitu(**field))))
 
 
-@pytest.mark.parametrize("of", [{"loads": [bsm.Pressure(boundary="top", pressure=78e3)]}, {"supports": None}])
+@pytest.mark.parametrize("of", [{"loads": [bsm.Pressure(boundary="crest", pressure=78e3)]}, {"supports": None}])
 def test_a_top_that_is_loaded_or_held_bears_the_ground_above(of: dict[str, Any]) -> None:
     model = with_top(column(in_situ=bsm.InSitu(surface=5.0)))
-    given = of if of.get("loads") else {"supports": [*model.supports, bsm.Fixed(boundary="top")]}
-    assert any("above the top" in note for note in notes_of(model))
+    given = of if of.get("loads") else {"supports": [*model.supports, bsm.Fixed(boundary="crest")]}
+    (noted,) = [note for note in notes_of(model) if "above the top" in note]
+    assert 'boundary = "crest", pressure = 7.8e+04' in noted
     assert not any("above the top" in note for note in notes_of(model.replace(**given)))
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bsm_mesh.errors import counted, nearest
+from bsm_mesh.errors import nearest
 from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.kinds import in_space
@@ -22,7 +22,7 @@ from bsm_mesh.model.notes import (
     of_weights,
     of_what_is_held,
 )
-from bsm_mesh.model.overburden import LEAST, of_field_and_weights
+from bsm_mesh.model.overburden import LEAST, of_blocks_above, of_field_and_weights
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.unused import of_single_bolts, used_rocks
 
@@ -48,6 +48,7 @@ def notes_in_space(model: Model) -> list[str]:
         *of_faint_strength(model, rocks, joints),
         *_of_water(model),
         *of_water_on_excavations(model),
+        *of_blocks_above(model),
         *_of_overburden(model),
         *of_field_and_weights(model),
         *of_stages(model),
@@ -85,16 +86,13 @@ def _of_water(model: Model) -> Iterator[str]:
 
 
 def _of_overburden(model: Model) -> Iterator[str]:
-    """Say how many blocks lie above the in-situ surface, and how much ground over a top that nothing loads or holds."""
+    """Say how much ground of the in-situ field lies over a top that nothing loads or holds."""
     field, bars = model.in_situ, bars_of(model.supports, model.blocks)
     if field is None or field.surface is None:
         return
     held, blocks = np.flatnonzero(bars.held_blocks(model.blocks)), model.blocks
     assert in_space(blocks)
     surface, high = float(field.level(np.zeros(1))[0]), float(blocks.vertices[:, 2].max())
-    above = int((blocks.moments.centroid[:, 2] > surface).sum())
-    if above:
-        yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start"
     near = LEAST * (high - float(blocks.vertices[:, 2].min()))
     lowest = np.minimum.reduceat(blocks.vertices[blocks.face_vertices, 2], blocks.face_offsets[:-1])
     top = blocks.outer_faces[lowest[blocks.outer_faces] > high - near]
@@ -104,8 +102,9 @@ def _of_overburden(model: Model) -> Iterator[str]:
     bare = ~np.isin(top, taken) & ~np.isin(blocks.face_blocks[top, 0], held)
     if bare.any() and surface - high > near:
         weight = float(model.unit_weights.max()) * (surface - high)
+        bounds = [name for name, own in blocks.boundaries.items() if np.isin(top[bare], own).any()]
         yield (
             f"in_situ: the surface lies {surface - high:.4g} m above the top of the model, and nothing loads that top. "
             "The stress has the weight of this ground, the model has not. Give "
-            f'[[load]] boundary = "top", pressure = {weight:.4g}, or lower the surface'
+            f'[[load]] boundary = "{bounds[0] if bounds else "top"}", pressure = {weight:.4g}, or lower the surface'
         )
