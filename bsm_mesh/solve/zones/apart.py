@@ -178,7 +178,7 @@ class Apart:
             between = present[self.joints.block].all(axis=1)
             found = found + self.joints.opening_rows.T @ (history.water * between)
         left = (
-            water.load.on_blocks(blocks.vertices, blocks.moments.centroid) - self.sums(found, *self._as_given)
+            water.load.on_blocks(blocks.vertices, blocks.moments.centroid) - self.sums(found, *self.as_given)
         ) * present[:, None]
         block, arm = np.arange(blocks.count, dtype=np.int32), np.zeros((blocks.count, 2))
         arm[:, 0] = blocks.moments.gyration
@@ -191,8 +191,15 @@ class Apart:
         )
         return load_vector(weightless(model), self.mesh, self.basis, [forces], present)
 
+    def placed(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where nodes (k, 2) and centroids (n, 2) are [m], at displacements u (N,) of what is solved for."""
+        own, (node, centroid) = u[self.merged_dof], self.as_given
+        moved = np.stack([part @ own for part in self.averages], axis=1)
+        return node + own[nodal_unknowns(self.basis)], centroid + moved
+
     @property
-    def _as_given(self) -> tuple[FloatArray, FloatArray]:
+    def as_given(self) -> tuple[FloatArray, FloatArray]:
+        """Nodes (k, 2) and centroids (n, 2) as given [m]."""
         return self.basis.doflocs[:, nodal_unknowns(self.basis)[:, 0]].T, self.model.blocks.moments.centroid
 
     def sums(self, forces: FloatArray, node: FloatArray, centroid: FloatArray) -> FloatArray:

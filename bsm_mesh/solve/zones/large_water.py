@@ -20,7 +20,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.solve.zones.apart import Apart
 from bsm_mesh.solve.zones.equilibrium import BALANCED, Equations
-from bsm_mesh.solve.zones.ground import PoreWater, seepage_forces
+from bsm_mesh.solve.zones.ground import seepage_forces
 from bsm_mesh.solve.zones.placement import outline_of
 from bsm_mesh.solve.zones.supports import nodal_unknowns
 from bsm_mesh.solve.zones.water_near import WaterNear
@@ -43,30 +43,20 @@ def table_on_outlines(
     return load.on_outlines(owner, np.ascontiguousarray(corner), np.ascontiguousarray(corner[following]), centroid)
 
 
-def water_forces(water: PoreWater, apart: Apart, u: FloatArray, present: BoolArray) -> FloatArray:
-    """Return the forces of the water on the blocks that are there (n,), (M,) [N/m].
-
-    Parameters
-    ----------
-    water : PoreWater
-        The table.
-    apart : Apart
-        The cells.
-    u : (N,) float64 [m]
-        Displacements of the unknowns that are solved for.
-    present : (n,) bool
-        Which blocks are there.
-    """
-    return _forces_and_stiffness(water, apart, u, present)[0]
-
-
 def water_near(run: StageRun, u: FloatArray, present: BoolArray) -> WaterNear | None:
     """Return the water near displacements u (N,) on the blocks that are there (n,); None: there is none."""
     water, apart = run.state.water, run.of.apart
     if water is None or apart is None or not run.of.discretization.large:
         return None
-    forces, stiffness = _forces_and_stiffness(water, apart, u, present)
-    return WaterNear(run.of.merged(forces), _on_outlines(apart, stiffness, u), u)
+    node, centroid = apart.placed(u)
+    forces = seepage_forces(water, present, apart.mesh, apart.basis, u[apart.merged_dof])
+    total, stiffness = table_on_outlines(water.load, apart, node, centroid)
+    forces += _spread(apart, (total - apart.sums(forces, node, centroid)) * present[:, None], node, centroid)
+    block, arm = apart.node_block, node - centroid[apart.node_block]
+    turned = (arm * forces[nodal_unknowns(apart.basis)]).sum(axis=1)  # nodes turn, and the forces on them do not
+    stiffness[:, 2, 2] -= np.bincount(block, turned, minlength=len(stiffness))
+    stiffness *= present[:, None, None]
+    return WaterNear(forces, apart.merged(forces), _on_outlines(apart, stiffness, node, centroid), u)
 
 
 def wetted(run: StageRun, equations: Equations, u: FloatArray, present: BoolArray) -> Equations | None:
@@ -80,33 +70,13 @@ def wetted(run: StageRun, equations: Equations, u: FloatArray, present: BoolArra
     return replace(equations, load=equations.load + now.force - before.force, water=now)
 
 
-def _forces_and_stiffness(
-    water: PoreWater, apart: Apart, u: FloatArray, present: BoolArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return `water_forces` (M,) [N/m], and what of the blocks' stiffness these forces at nodes leave out (n, 3, 3)."""
-    own = u[apart.merged_dof]
-    found = seepage_forces(water, present, apart.mesh, apart.basis, own)
-    node, centroid = _placed(apart, own)
-    total, stiffness = table_on_outlines(water.load, apart, node, centroid)
-    found = found + _spread(apart, (total - apart.sums(found, node, centroid)) * present[:, None], node, centroid)
-    block, arm = apart.node_block, node - centroid[apart.node_block]
-    turned = (arm * found[nodal_unknowns(apart.basis)]).sum(axis=1)  # nodes turn, and the forces on them do not
-    stiffness[:, 2, 2] -= np.bincount(block, turned, minlength=len(stiffness))
-    return found, stiffness * present[:, None, None]
+def _on_outlines(apart: Apart, stiffness: FloatArray, place: FloatArray, centroid: FloatArray) -> Any:
+    """Return the stiffness of blocks (n, 3, 3) as that of the nodes on their outlines, sparse (N, N).
 
-
-def _placed(apart: Apart, own: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return where nodes (k, 2) and centroids (n, 2) are at displacements (M,), [m]."""
-    unknowns = nodal_unknowns(apart.basis)
-    moved = np.stack([part @ own for part in apart.averages], axis=1)
-    return apart.basis.doflocs[:, unknowns[:, 0]].T + own[unknowns], apart.model.blocks.moments.centroid + moved
-
-
-def _on_outlines(apart: Apart, stiffness: FloatArray, u: FloatArray) -> Any:
-    """Return the stiffness of blocks (n, 3, 3) as that of the nodes on their outlines, sparse (N, N)."""
-    own, unknowns, mesh, size = u[apart.merged_dof], nodal_unknowns(apart.basis), apart.mesh, len(stiffness)
-    place, centroid = _placed(apart, own)
-    node = np.unique(mesh.piece_ends)
+    Nodes (k, 2) and centroids (n, 2) are at `place` and `centroid` [m].
+    """
+    unknowns, size = nodal_unknowns(apart.basis), len(stiffness)
+    node = np.unique(apart.mesh.piece_ends)
     block = apart.node_block[node]
     arm, one, zero = place[node] - centroid[block], np.ones(len(node)), np.zeros(len(node))
     modes = np.stack([np.stack([one, zero, -arm[:, 1]], axis=1), np.stack([zero, one, arm[:, 0]], axis=1)], axis=1)
@@ -115,7 +85,7 @@ def _on_outlines(apart: Apart, stiffness: FloatArray, u: FloatArray) -> Any:
     parts = modes @ np.linalg.inv(gram)[block]  # of forces and moments at nodes
     row = np.broadcast_to(apart.merged_dof[unknowns[node]][:, :, None], parts.shape)
     column = np.broadcast_to((3 * block[:, None] + np.arange(3))[:, None, :], parts.shape)
-    spread = sp.csr_matrix((parts.ravel(), (row.ravel(), column.ravel())), shape=(len(u), 3 * size))
+    spread = sp.csr_matrix((parts.ravel(), (row.ravel(), column.ravel())), shape=(apart.unknowns, 3 * size))
     return spread @ sp.block_diag(list(stiffness), format="csr") @ spread.T
 
 

@@ -40,14 +40,12 @@ class Placement:
     def of(cls, of: Continuum, end: StageEnd) -> Placement:
         """Return the nodes and centroids at the end of a stage."""
         assert of.apart is not None
-        basis, centroid = of.apart.basis, of.model.blocks.moments.centroid
-        unknowns = nodal_unknowns(basis)
-        given = basis.doflocs[:, unknowns[:, 0]].T
         if end.large is None:
-            return cls(node=given, centroid=centroid, shift=np.zeros_like(given))
-        shift = end.u[of.apart.merged_dof][unknowns]
-        moved = np.stack([part @ end.u for part in of.averages], axis=1)
-        return cls(node=given + shift, centroid=centroid + moved, shift=shift)
+            node, centroid = of.apart.as_given
+            return cls(node=node, centroid=centroid, shift=np.zeros_like(node))
+        node, centroid = of.apart.placed(end.u)
+        shift = end.u[of.apart.merged_dof][nodal_unknowns(of.apart.basis)]
+        return cls(node=node, centroid=centroid, shift=shift)
 
     def bars(self, of: Continuum, bars: Bars) -> FloatArray:
         """Return where bars hold their blocks, (b, 2) [m]: at nodes, or else at the same arm from the centroid."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray
 from bsm_mesh.model.base_motion import BaseMotion
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.solve.motion.shaking_memory import result_of
@@ -15,6 +15,7 @@ from bsm_mesh.solve.zones.rock_in_motion import MovingRock
 from bsm_mesh.solve.zones.shaken_zones import ShakenZones
 from bsm_mesh.solve.zones.shaking_run import Watch, come_to_rest, shaken_through
 from bsm_mesh.solve.zones.stage_solution import StageEnd
+from bsm_mesh.solve.zones.water_near import StageLoads
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.zones.stage_run import StageRun
@@ -40,10 +41,10 @@ def shaken_end(run: StageRun, name: str, shaking: Shaking, present: BoolArray, w
     return replace(run.solved(name, present, (1.0,)), shaking=result)
 
 
-def in_motion(run: StageRun, shaking: Shaking, present: BoolArray, loads: FloatArray) -> ShakenZones:
+def in_motion(run: StageRun, shaking: Shaking, present: BoolArray, loads: StageLoads) -> ShakenZones:
     """Return the blocks that are there (n,) at the begin of the shaking, under loads of `StageRun.loads_on`."""
     of, u = run.of, run.state.u
-    equations, outer = run.equations(present, loads, shaking.quiet), of.merged(loads)
+    equations, outer = run.equations(present, loads, shaking.quiet), of.merged(loads.forces)
     quiet = quiet_nodes(of, run.stiffness, shaking, BaseMotion(shaking).axis, present)
     if shaking.quiet:  # forces of the supports that dashpots replace stay
         held = equations.at(u, equations.free.none).residual * quiet.on_unknowns(of.basis)

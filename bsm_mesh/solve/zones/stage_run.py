@@ -19,7 +19,7 @@ from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stre
 from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.large_rock import LargeRock
-from bsm_mesh.solve.zones.large_water import water_forces, water_near, wetted
+from bsm_mesh.solve.zones.large_water import water_near, wetted
 from bsm_mesh.solve.zones.last_known import last_known
 from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.loose_blocks import loose
@@ -34,6 +34,7 @@ from bsm_mesh.solve.zones.supports import held_displacements
 from bsm_mesh.solve.zones.system import FreeUnknowns
 from bsm_mesh.solve.zones.tangents import Tangents
 from bsm_mesh.solve.zones.unyielding import yielding_no_further
+from bsm_mesh.solve.zones.water_near import StageLoads
 from bsm_mesh.solve.zones.zones_state import Part, ZonesMemory, ZonesState
 
 if TYPE_CHECKING:
@@ -192,7 +193,7 @@ class StageRun:
         return replace(end, leaves=converged and equations.leaves(at))
 
     def end_at(
-        self, name: str, present: BoolArray, equations: Equations, at: Iterate, loads: FloatArray, converged: bool
+        self, name: str, present: BoolArray, equations: Equations, at: Iterate, loads: StageLoads, converged: bool
     ) -> StageEnd:
         """Return the state at displacements and forces `at`, with nothing held back."""
         state = self.state
@@ -210,7 +211,7 @@ class StageRun:
             stiffness=self.stiffness,
             initial_stress=self.initial_stress,
             water=state.water,
-            load=loads,
+            load=loads.forces,
             held_back=np.zeros_like(at.u),
             acting=state.loads,
             pressures=state.pressures,
@@ -318,27 +319,27 @@ class StageRun:
             converged = False
         return equations, at, converged
 
-    def loads_on(self, present: BoolArray) -> FloatArray:
-        """Return weights, loads and water on the rock that is there, on the unknowns of `loaded`."""
+    def loads_on(self, present: BoolArray) -> StageLoads:
+        """Return weights, loads and water on the rock that is there."""
         state, (mesh, basis, _) = self.state, self.of.loaded
         loads = load_vector(state.model, mesh, basis, state.loads, present) + state.pressures
         if state.water is None:
-            return loads
-        if self.of.discretization.large and self.of.apart is not None:
-            return loads + water_forces(state.water, self.of.apart, state.u, present)
+            return StageLoads(loads)
+        if (near := water_near(self, state.u, present)) is not None:
+            return StageLoads(loads + near.on_blocks, near)
         water = seepage_forces(state.water, present, mesh, basis)
         if self.of.apart is not None:
             water = water + self.of.apart.left_of_water(state.water, water, state.history, present)
-        return loads + water
+        return StageLoads(loads + water)
 
-    def equations(self, present: BoolArray, loads: FloatArray, quiet: tuple[str, ...] = ()) -> Equations:
+    def equations(self, present: BoolArray, loads: StageLoads, quiet: tuple[str, ...] = ()) -> Equations:
         """Return the equations of the rock that is there under loads, as `loads_on` returns them.
 
         Supports of `quiet` boundaries are left out.
         """
         of, state = self.of, self.state
         history, on = state.history, present[of.mesh.block]
-        load = of.merged(loads)
+        load = of.merged(loads.forces)
         virgin = on.copy()
         for fill in state.fills:
             filled = on & fill.blocks[of.mesh.block]
@@ -367,7 +368,7 @@ class StageRun:
             tangents=Tangents(stiffness, opening, slip, free),
             size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
             large=self._large(on, free) if large else None,
-            water=water_near(self, state.u, present),
+            water=loads.water,
         )
 
     def _large(self, on: BoolArray, free: FreeUnknowns) -> LargeBlocks:
