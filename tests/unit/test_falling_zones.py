@@ -158,6 +158,13 @@ def test_forces_by_which_rock_vibrates_do_not_drag_a_block_that_slides():
     assert_allclose(forces[:, 0], (1.0, 3.0, 0.0))
 
 
+def test_masses_of_held_ground_do_not_decide_how_fast_a_block_moves():
+    """Large zones of the ground allow a long time step. The block on it was 950 times as heavy as it is."""
+    _, motion = in_motion(meeting([rectangle(-40, -40, 40, 0), ON_IT], young=1e10, size=60.0))
+    rock = motion._rock
+    assert_allclose(rock.mass[rock.moves].sum(), 25e3 / 9.81, rtol=0.05)
+
+
 @pytest.mark.slow
 def test_a_slab_slides_over_a_kink_between_loose_blocks():
     """Its rear hits the plane below the kink. Rock vibrates then."""

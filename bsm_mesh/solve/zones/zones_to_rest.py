@@ -18,7 +18,7 @@ STILL = Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=1.0, co
 class ZonesToRest(ShakenZones):
     """Blocks with zones that move over a base at rest, as `ShakenZones` has them; impacts are damped critically.
 
-    The time step is the one that nine tenths of the mass allow. Nodes that are too light for their springs are heavier
+    The time step is the one that nine tenths of the moving mass allow. Nodes that are too light for their springs are heavier
     than real, as rigid blocks are. With real masses a splinter would make the time step a hundredth.
 
     A window lasts as long as a block needs to fall through half the band in which points are found.
@@ -32,7 +32,7 @@ class ZonesToRest(ShakenZones):
         rock, springs = self._rock, np.zeros(0) if self._window is None else self._window.stiffness
         sums = rock.stiffness_sums(self.equations, self.at, springs)
         if not self._rate:
-            there = rock.mass > 0
+            there = rock.moves
             self._rate = weighted_quantile(sums[there] / rock.mass[there], rock.mass[there], DAMPED.stiff)
             frequency = np.sqrt(self._rate)
             stable = stable_time_step(frequency, 2 * self._shaking.dashpots * frequency)
