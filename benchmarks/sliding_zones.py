@@ -32,9 +32,6 @@ CHANGES = (
     ("SLID", 1e-1),
     ("SLID", 1e-2),
     ("SLID", 1e-4),
-    ("OVER", 0.01),
-    ("OVER", 0.03),
-    ("OVER", 0.3),
 )
 MEETING = (
     (shaken_zones, "BAND", shaken_zones.BAND),
@@ -90,7 +87,7 @@ def row(members: list[Member], anew: list[FloatArray | None], change: tuple[str,
         found = forces_below(one)
         x, y = found.sum(axis=0)
         statics.append(abs(-x / y / np.tan(np.radians(FRICTION)) - 1))
-        if wanted is not None and len(wanted) == len(found):  # `OVER` decides where the edge of the base gets a point
+        if wanted is not None:
             off.append(np.abs(found - wanted).max() * len(found) / y)
     usual = " (as it is)" if value == getattr(moving_points, name) else ""
     numbers = f"{max(off, default=np.nan):.1e}", f"{max(statics, default=np.nan):.1e}", f"{seconds:.0f}"

@@ -192,7 +192,7 @@ class Apart:
         return load_vector(weightless(model), self.mesh, self.basis, [forces], present)
 
     def placed(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where nodes (k, 2) and centroids (n, 2) are [m], at displacements u (N,) of what is solved for."""
+        """Return where nodes (k, 2) and centroids (n, 2) are [m], at displacements u (N,) of the unknowns."""
         own, (node, centroid) = u[self.merged_dof], self.as_given
         moved = np.stack([part @ own for part in self.averages], axis=1)
         return node + own[nodal_unknowns(self.basis)], centroid + moved

@@ -110,7 +110,7 @@ class Equations:
         plastic = None if self.plastic is None else self.plastic.evaluate(u)
         if self.plastic is not None and plastic is not None:
             internal = internal - self.plastic.relieved(plastic)
-        residual = (self.load if self.water is None else self.load + self.water.change(u)) - internal
+        residual = self.load_at(u) - internal
         return Iterate(
             u=u,
             multipliers=multipliers,
@@ -123,6 +123,10 @@ class Equations:
             scale=float(max(np.abs(self.load).max(initial=0.0), np.abs(internal).max(initial=0.0))),
         )
 
+    def load_at(self, u: FloatArray) -> FloatArray:
+        """Return `load` with the change of the water up to displacements u (N,), (N,) [N/m]."""
+        return self.load if self.water is None else self.load + self.water.change(u)
+
     def tangent(self, at: Iterate, regularization: float) -> Any:
         """Return the derivative (free, free) of the internal forces, and a part of the elastic stiffness besides."""
         points = None
@@ -131,10 +135,9 @@ class Equations:
         softer = None
         if self.plastic is not None and at.plastic is not None and (at.plastic.yields.any() or self.large is not None):
             softer = self.plastic.softer(at.plastic)
-        if self.large is not None:
-            K = self.large.tangent(at.u, self.joints, at.state, points, 1 + regularization, softer)
-            return self._with_bolts(K, at)
-        return self._with_bolts(self.tangents.at(points, 1 + regularization, softer), at)
+        if self.large is None:
+            return self._with_bolts(self.tangents.at(points, 1 + regularization, softer), at)
+        return self._with_bolts(self.large.tangent(at.u, self.joints, at.state, points, 1 + regularization, softer), at)
 
     def allowed(self, correction: FloatArray) -> float:
         """Return the part of a correction (N,) that small displacements of the joints' sides allow, at most 1."""
@@ -292,10 +295,11 @@ def _bent(equations: Equations, at: Iterate) -> Iterate:
     A correction that bends a slab stretches it by half the square of the angle. So the residual rises by far more than
     the loads, and falls with the next correction, never reached by shortened ones.
     """
-    best = now = at
+    best, now, last = at, at, np.inf
     for _ in range(0 if equations.large is None else WHOLE):
-        if now.is_balanced:
+        if now.is_balanced and (now.size <= BALANCED or now.norm > last / 2):  # no more than rounding is left
             break
+        last = now.norm
         try:
             now = _shortened(equations, now, 0.0, np.inf, (1.0,))[0]
         except ModelError:  # a block came off its neighbours
@@ -307,8 +311,7 @@ def _bent(equations: Equations, at: Iterate) -> Iterate:
 
 
 def _newton(equations: Equations, at: Iterate) -> Iterate:
-    regularization, frozen = 0.0, 0
-    recent = deque([at.norm], RECENT)
+    regularization, frozen, recent = 0.0, 0, deque([at.norm], RECENT)
     for _ in range(MAX_ITERATIONS):
         if at.is_balanced:
             break
@@ -376,11 +379,9 @@ def _line_minimum(
     equations: Equations, now: Iterate, correction: FloatArray, multipliers: FloatArray, pressure: FloatArray
 ) -> Iterate:
     """Return the state along a correction at which the forces out of balance do no more work on it."""
-    free, none = equations.free, np.zeros_like(now.multipliers)
-    along = free.reduced(correction, none)
+    along = equations.free.reduced(correction, np.zeros_like(now.multipliers))
     first = float(along @ now.left)
-    low, high, part = 0.0, np.inf, 1.0
-    new = now
+    low, high, part, new = 0.0, np.inf, 1.0, now
     for _ in range(FROZEN_ITERATIONS):  # halvings: a block that slips back stops within a micrometre
         new = equations.at(equations.moved(now.u, part * correction), multipliers, pressure)
         work = float(along @ new.left)

@@ -100,7 +100,7 @@ def _in_motion(run: StageRun, equations: Equations, present: BoolArray) -> Zones
     moving = MovingRock(run.of, stiffness, present, softer, softer.load)
     quiet = quiet_nodes(run.of, stiffness, STILL, np.zeros(2), present)
     motion = ZonesToRest(moving, softer, run.state.u, STILL, present, quiet)
-    motion.is_over = True
+    motion.is_over, motion.damping = True, DAMPED.damping  # blocks begin damped, as rigid ones do
     return motion
 
 

@@ -111,15 +111,14 @@ def met(
     same = again & (_taken(old.corner, found.known) == found.corner)
     rows = np.flatnonzero(closed & ~np.isin(np.arange(len(closed)), found.known[again]))  # hidden, and closed
     before = _taken(old.length, found.known)
-    length = np.where(same & moves, before, found.length)
-    changed = ~same | (np.abs(length - before) > SLID * before)
+    changed = ~same | (np.abs(found.length - before) > SLID * before)
     if not changed.any() and (not moves or len(rows) + same.sum() == len(old.corner)) and not joints.over[count:].any():
         return None
     blocks = np.stack([joints.faces.block[found.edge], joints.faces.block[found.corner]], axis=1)
     known = Met(**{name: getattr(old, name)[rows] for name in Met.__slots__})
     points = Met(
         corner=np.concatenate([known.corner, found.corner]).astype(np.int32),
-        length=np.concatenate([known.length, length]),
+        length=np.concatenate([known.length, found.length]),
         joint=np.concatenate([known.joint, _joint_of(joints.faces, found, where)]).astype(np.int32),
         block=np.concatenate([known.block, blocks]).astype(np.int32),
     )
@@ -201,7 +200,8 @@ def _meetings(
     a, b, v, e = near.block_a, near.block_b, near.corner, near.edge
     size = np.minimum(np.sqrt(faces.model.blocks.moments.area), faces.size)
     h = np.minimum(size[a], size[b])
-    lengths, covered = _lengths(faces, near, where, RULES.dual_distance * reach, represented)
+    deep = near.gap < -RULES.new_penetration * h
+    lengths, covered = _lengths(faces, near, where, RULES.dual_distance * reach, represented, deep)
     covered |= (has[0][v] == b) | (has[1][faces.preceding[v]] == b)
     lengths[lengths < RULES.min_overlap * h / 2] = 0.0
     meets_corner = near.corner_gap > 0
@@ -292,9 +292,18 @@ def _leaves_over_another(near: Candidates, on: BoolArray, face: IntArray) -> Boo
 
 
 def _lengths(
-    faces: ZoneFaces, near: Candidates, where: FloatArray, tolerance: float, represented: tuple[IntArray, IntArray]
+    faces: ZoneFaces,
+    near: Candidates,
+    where: FloatArray,
+    tolerance: float,
+    represented: tuple[IntArray, IntArray],
+    deep: BoolArray,
 ) -> tuple[FloatArray, BoolArray]:
-    """Return the lengths of corners on faces along their own, (m,) [m], and which have a point, (m,)."""
+    """Return the lengths of corners on faces along their own, (m,) [m], and which have a point, (m,).
+
+    Given points at both ends of an edge represent all of it, also where they lie on two blocks. A corner between these
+    that is `deep` (m,) has its own point, or the edge would turn into it.
+    """
     following, preceding = faces.following, faces.preceding
     corner, (along, span) = where[faces.node], _directions(faces, where)
     v, e, t = near.corner, near.edge, along[near.edge]
@@ -316,8 +325,9 @@ def _lengths(
         reach = ((corner[far] - corner[v]) * t).sum(axis=1) * way
         known = (starts if way < 0 else ends)[own] == near.block_b
         begun, ended = (of[on] >= 0 for of in (starts, ends))
-        known |= (begun & ended) | (flat & (begun | ended))
-        covered |= begun & ended
+        whole = begun & ended & ((starts[on] == ends[on]) | ~deep)
+        known |= whole | (flat & (begun | ended))
+        covered |= whole
         total += np.where(lies & ~known, np.minimum(room, np.maximum(reach, 0.0)), 0.0) / 2
     begun, ended = (of[e] >= 0 for of in (starts, ends))
     return total, covered | (flat & (begun | ended)) | flat

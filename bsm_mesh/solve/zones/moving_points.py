@@ -30,7 +30,6 @@ from bsm_mesh.solve.zones.zone_faces import ZoneFaces
 
 QUARTER = np.array([(0.0, -1.0), (1.0, 0.0)])
 SLID = 1e-3  # of the side of a zone: beyond, a point gets the place that it faces
-OVER = 0.1  # of the same: so far beyond the end of a face a point faces nothing, if a lip does not end it before
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -189,8 +188,7 @@ class MovingPoints(JointPoints):
         """Return how deep points (k,) at the ends of faces have to lie on a block to carry."""
 
         def lip(on: IntArray, block: IntArray) -> FloatArray:
-            least = self.faces.least_overlap(self.block[far[on], 1], block)
-            return np.minimum(least, OVER * self.pieces[far[on]])
+            return self.faces.least_overlap(self.block[far[on], 1], block)
 
         return lip
 

@@ -201,7 +201,7 @@ class ShakenZones:
             points,
             tuple(laws.values()),
             rock.bolts(self.equations, self.at),
-            (rock.on_nodes(self.equations.load), self._axis * mass, cycles.base),
+            (rock.on_nodes(self.equations.load_at(self.at.u)), self._axis * mass, cycles.base),
             np.repeat(inverse, 3, axis=1),
             (self.damping, *rock.pieces),
             velocity,

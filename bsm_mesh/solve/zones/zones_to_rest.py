@@ -18,8 +18,8 @@ STILL = Shaking(waveform="pulse", frequency=1.0, amplitude=0.0, duration=1.0, co
 class ZonesToRest(ShakenZones):
     """Blocks with zones that move over a base at rest, as `ShakenZones` has them; impacts are damped critically.
 
-    The time step is the one that nine tenths of the moving mass allow. Nodes that are too light for their springs are heavier
-    than real, as rigid blocks are. With real masses a splinter would make the time step a hundredth.
+    The time step is the one that nine tenths of the moving mass allow. Nodes that are too light for their springs are
+    heavier than real, as rigid blocks are. With real masses a splinter would make the time step a hundredth.
 
     A window lasts as long as a block needs to fall through half the band in which points are found.
     """
