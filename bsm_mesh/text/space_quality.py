@@ -25,8 +25,8 @@ TROUBLE = {
 def space_summary(model: Model, touching: IntArray) -> dict[str, Any]:
     """Return numbers on polyhedra, their contact polygons and supports, and the blocks that commonly make trouble.
 
-    `touching` (k, 2) has the pairs of blocks that touch on parts of faces. Volumes are in m3, areas in m2, the weight
-    in N.
+    `touching` (k, 2) has the pairs of blocks that touch on parts of faces or at edges. Volumes are in m3, areas in m2,
+    the weight in N.
     """
     blocks = model.blocks
     assert in_space(blocks)
@@ -73,7 +73,7 @@ def space_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("total volume", f"{report['total_volume']:.6g} m3"),
         ("total weight", engineering(report["weight"], "N")),
         ("contact polygons (shared faces)", f"{report['contact_polygons']}"),
-        ("pairs of blocks that touch on parts of faces", f"{report['touching_pairs']}"),
+        ("pairs of blocks that touch on parts of faces or at edges", f"{report['touching_pairs']}"),
         ("supported blocks", f"{report['supported_blocks']}"),
         ("separate groups of blocks", f"{report['parts']}"),
     ]

@@ -77,6 +77,7 @@ class ContactSet:
     within_tolerance: BoolArray
     features: Features
     by_law: tuple[tuple[int, IntArray | slice], ...]
+    meeting: IntArray  # (k, 2) pairs of blocks without a contact whose edges may meet at any moment
 
     @property
     def count(self) -> int:
@@ -138,12 +139,13 @@ class ContactSet:
             length=c.length[rows],
             history=c.history[rows],
         )
-        named = {field.name for field in fields(self)} - {"candidates", "features", "by_law", "renewed"}
+        named = {field.name for field in fields(self)} - {"candidates", "features", "by_law", "renewed", "meeting"}
         return ContactSet(
             candidates=candidates,
             features=self.features.of(number),
             by_law=rows_by_law(self.law[rows]),
             renewed=self.renewed,
+            meeting=self.meeting[:0],
             **{name: getattr(self, name)[rows] for name in named},
         )
 
@@ -232,6 +234,7 @@ def contacts_of(points: PolygonPoints, renewed: PolygonPoints, catalogue: Polygo
         within_tolerance=~none,
         features=features_of(catalogue, found.joint, area, stiffness, ~none),
         by_law=rows_by_law(found.law),
+        meeting=np.zeros((0, 2), np.int32),
     )
 
 

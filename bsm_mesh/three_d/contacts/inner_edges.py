@@ -14,7 +14,63 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.three_d.contacts.beside_flats import lies_on
 
 
-def heights_of_edges(
+def at_inner_edges(
+    rows: FloatArray,
+    sizes: IntArray,
+    blocks: IntArray,
+    kinds: tuple[BoolArray, BoolArray],
+    there: tuple[FloatArray, FloatArray],
+    slide: FloatArray,
+    narrow: float,
+) -> FloatArray:
+    """Return rows that have the normal of the other face where a face ends in the plane of a flat contact.
+
+    Where a slid against b it is only the normal of a face along which a slid more. Before any slide it is that of the
+    face beyond the edge that is nearer to its plane.
+
+    Parameters
+    ----------
+    rows : (k, 14) float64
+        As `clipped` gives them.
+    sizes : (q,) int
+        Rows of every polygon.
+    blocks : (q, 2) int
+        Blocks a and b of every polygon.
+    kinds : two of (q,) bool
+        Which polygons are flat, and which touch.
+    there : two of (q, 2, 3) float64
+        A corner [m] and the normal of both faces of every polygon.
+    slide : (q, 3) float64 [m]
+        Movement of a against b.
+    narrow : float [m]
+        Places nearer than this are one.
+    """
+    (corner, normal), of = there, np.repeat(np.arange(len(sizes)), sizes)
+    mean = normal[:, 1] - normal[:, 0]
+    over = [over_points(rows[:, :3], mean[of], corner[of, side], normal[of, side]) for side in (0, 1)]
+    height = _heights_of_edges(rows, (over[0], over[1]), sizes, blocks, *kinds, narrow)
+    across = np.abs(np.einsum("qsj,qj->qs", normal, slide))[of]
+    moved = np.abs(np.diff(across)) > narrow
+    less = np.where(moved, across[:, ::-1], height)
+    others = np.isfinite(height) & (less < less[:, ::-1])
+    found = rows.copy()
+    for side, k in enumerate(map(np.flatnonzero, others.T)):
+        across = normal[of[k], 1] if side == 0 else -normal[of[k], 0]
+        apart = over[0][k] - over[1][k]
+        gap = np.einsum("ij,ij->i", apart, across)[:, None]
+        points = (over[0][k], over[0][k] - gap * across) if side == 0 else (over[1][k] + gap * across, over[1][k])
+        found[k, 3:] = np.hstack([*points, across, gap, np.full_like(gap, side)])
+    return found
+
+
+def over_points(point: FloatArray, mean: FloatArray, corner: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return the points of faces, by a corner and a normal of each, that lie over points along `mean`, (k, 3)."""
+    height = np.einsum("ij,ij->i", corner - point, normal) / np.einsum("ij,ij->i", mean, normal)
+    found: FloatArray = point + height[:, None] * mean
+    return found
+
+
+def _heights_of_edges(
     rows: FloatArray,
     over: tuple[FloatArray, FloatArray],
     sizes: IntArray,
@@ -63,7 +119,7 @@ def _heights(
     first: IntArray,
     narrow: float,
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return `heights_of_edges`.
+    """Return `_heights_of_edges`.
 
     Flat contacts of block i are ``flats[first[i]:first[i + 1]]``. The faces are apart at a row by as much as its points
     `over` (2, k, 3), and may be as far from the flat contact.

@@ -15,7 +15,8 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.blocks.polygons import sums
 from bsm_mesh.three_d.contacts.contact_set import ContactSet, contacts_of, gathered
-from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, faces_of, polygons_of
+from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, faces_of, pairs_of, polygons_of
+from bsm_mesh.three_d.contacts.meetings import Meetings
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
 
@@ -36,6 +37,8 @@ class Renewal:
         Their contact set.
     held : (n,) bool
         Blocks that supports hold.
+    meetings : Meetings
+        Blocks whose edges may meet.
     block_size : (n,) float64 [m]
         Size of every block.
     size, band : float [m]
@@ -47,12 +50,17 @@ class Renewal:
     given: PolygonPoints
     contacts: ContactSet
     held: BoolArray
+    meetings: Meetings
     block_size: FloatArray
     size: float
     band: float
 
     def contacts_at(self, history: PointHistory, position: FloatArray, *, first: bool) -> ContactSet:
         """Return the contact points at a position with their history; at the start (`first`) all are intact."""
+        found = self._found_at(history, position, first=first)
+        return replace(found, meeting=self.meetings.left(found, position))
+
+    def _found_at(self, history: PointHistory, position: FloatArray, *, first: bool) -> ContactSet:
         points, contacts = self.given, self.contacts
         if len(history.renewed.key):
             kept = ~np.isin(polygons_of(points.key), polygons_of(history.renewed.key))
@@ -124,7 +132,8 @@ class Renewal:
     def _moving(self, position: FloatArray) -> BoolArray:
         """Return the blocks (n,) that have come so far that they may touch others than as given."""
         turn = np.linalg.norm(position[:, 3:], axis=1) * self.block_size
-        moves: BoolArray = np.linalg.norm(position[:, :3], axis=1) + turn > SLID * self.block_size
+        least = self.meetings.searched_from(SLID) * self.block_size
+        moves: BoolArray = np.linalg.norm(position[:, :3], axis=1) + turn > least
         return moves
 
 
@@ -133,12 +142,14 @@ def points_apart(
 ) -> PolygonPoints:
     """Return the points of blocks as given (n, 6) that share no face, where they lie apart or touch.
 
-    They touch on parts of faces, in edges or in corners. Blocks that meet in a node of the mesh have others between.
+    They touch on parts of faces, in edges or in corners. Blocks that meet in a node of the mesh have others between,
+    unless both faces are free.
     """
     found = surfaces.polygons(start, ~held, held, band, RULES.min_overlap * size)
     faces, least = faces_of(found.key), _least_gaps(found)
     flat = -_least(found, -found.found_gap) <= RULES.rounding * size
-    touch = (np.abs(least) <= RULES.rounding * size) & (flat | ~surfaces.share_corners(*faces)) & (faces[0] != faces[1])
+    between = surfaces.share_corners(*faces) & ~surfaces.are_free(*faces)
+    touch = (np.abs(least) <= RULES.rounding * size) & (flat | ~between) & (faces[0] != faces[1])
     return found.some(((least > RULES.rounding * size) | touch) & catalogue.have_stiffness(found))
 
 
@@ -224,6 +235,5 @@ def _pairs(before: ContactSet, stale: IntArray, new: PolygonPoints) -> tuple[Int
     """Return the pair of blocks of every new point and of every stale one, and how many pairs there are."""
     c = before.candidates
     ends = (np.concatenate([new.block_a, c.block_a[stale]]), np.concatenate([new.block_b, c.block_b[stale]]))
-    both = (np.minimum(*ends).astype(np.int64) << 32) | np.maximum(*ends)
-    pair, number = np.unique(both, return_inverse=True)
+    pair, number = np.unique(pairs_of(*ends), return_inverse=True)
     return number[: len(new.key)], number[len(new.key) :], len(pair)

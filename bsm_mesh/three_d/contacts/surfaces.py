@@ -19,8 +19,8 @@ from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.contacts.beside_flats import beside_flats
 from bsm_mesh.three_d.contacts.clipping import PARALLEL, clipped, facing_faces, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import depths, points_of, reaches
-from bsm_mesh.three_d.contacts.history import SLOTS, PolygonPoints, keys_of
-from bsm_mesh.three_d.contacts.inner_edges import heights_of_edges
+from bsm_mesh.three_d.contacts.history import SLOTS, PolygonPoints, keys_of, pairs_of
+from bsm_mesh.three_d.contacts.inner_edges import at_inner_edges, over_points
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,7 +75,28 @@ class Surfaces:
         One block of each pair `moves` (n,); two blocks that supports hold (n,) are no pair. Every point lies on the
         block with which it moves.
         """
-        face, block, start, given, offsets = self._sides
+        face, block, _, _, offsets = self._sides
+        corners, normal, faces = self._facing_each_other(position, moves, held, band)
+        slide = self._slides(position, corners[offsets[faces[:, 0]]], block[faces])
+        sizes, rows = clipped(faces, corners, offsets, normal, slide)
+        faces, sizes, slide = faces[sizes > 0], sizes[sizes > 0], slide[sizes > 0]
+        near = _are_near(rows, sizes, band, narrow)
+        rows, faces, sizes, slide = rows[np.repeat(near, sizes)], faces[near], sizes[near], slide[near]
+        flat, touch = _are_flat(*normal[faces.T]), np.abs(_least_gaps(rows, sizes)) <= narrow
+        there = corners[offsets[faces]], normal[faces]
+        rows = at_inner_edges(rows, sizes, block[faces], (flat, touch), there, slide, narrow)
+        least = _least_gaps(rows, sizes)
+        overlap = self._overlaps(position, self._cell[faces], least < -narrow)
+        kept = least >= -overlap - narrow  # deeper ones have come from the other side
+        kept &= ~beside_flats(rows, sizes, block[faces], flat, touch, narrow)
+        rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
+        return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
+
+    def _facing_each_other(
+        self, position: FloatArray, moves: BoolArray, held: BoolArray, band: float
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return corners and normals of the surfaces at a position, and pairs (q, 2) of them that face each other."""
+        _, block, start, given, offsets = self._sides
         owner, centroid = owner_of_corner(offsets), self.blocks.moments.centroid
         of = block[owner]
         corners = centroid[of] + position[of, :3] + turned(given - centroid[of], position[of, 3:])
@@ -86,22 +107,19 @@ class Surfaces:
         low, high = (bound.reduceat(corners, offsets[:-1]) for bound in (np.minimum, np.maximum))
         boxes = np.minimum.reduceat(low, start[:-1]), np.maximum.reduceat(high, start[:-1])
         pairs = near_blocks(*boxes, moves, band)
-        pairs = pairs[~(held[pairs[:, 0]] & held[pairs[:, 1]])]
-        faces = facing_faces(pairs, start, normal, low, high, band)
-        slide = self._slides(position, corners[offsets[faces[:, 0]]], block[faces])
-        sizes, rows = clipped(faces, corners, offsets, normal, slide)
-        faces, sizes = faces[sizes > 0], sizes[sizes > 0]
-        rows, faces, sizes, least = _near(rows, faces, sizes, band, narrow)
-        flat, touch = _are_flat(*normal[faces.T]), np.abs(least) <= narrow
-        slide = self._slides(position, corners[offsets[faces[:, 0]]], block[faces])
-        there = corners[offsets[faces]], normal[faces]
-        rows = _at_inner_edges(rows, sizes, block[faces], (flat, touch), there, slide, narrow)
-        least = np.minimum.reduceat(rows[:, 12], np.cumsum(sizes) - sizes) if len(sizes) else least
-        overlap = self._overlaps(position, self._cell[faces], least < -narrow)
-        kept = least >= -overlap - narrow  # deeper ones have come from the other side
-        kept &= ~beside_flats(rows, sizes, block[faces], flat, touch, narrow)
-        rows, faces, sizes = rows[np.repeat(kept, sizes)], faces[kept], sizes[kept]
-        return self._points(position, rows, (face, block, corners, offsets, normal), faces, sizes)
+        pairs = pairs[~held[pairs].all(axis=1)]
+        return corners, normal, facing_faces(pairs, start, normal, low, high, band)
+
+    def near_free_faces(self, position: FloatArray, held: BoolArray, reach: float, known: IntArray) -> IntArray:
+        """Return the pairs of blocks (k, 2) with free faces within `reach` [m] of each other; none of the `known`.
+
+        The known ones are numbers of pairs, as `pairs_of`.
+        """
+        face, block, *_ = self._sides
+        *_, faces = self._facing_each_other(position, ~held, held, reach)
+        pairs = np.unique(np.sort(block[faces[self.are_free(*face[faces].T)]], axis=1), axis=0)
+        found: IntArray = pairs[~np.isin(pairs_of(*pairs.T), known)]
+        return found
 
     @cached_property
     def _cell_sides(self) -> CellSides:
@@ -123,6 +141,12 @@ class Surfaces:
             pairs, row = np.unique(cells[asked], axis=0, return_inverse=True)
             depth[asked] = PlacedCells.of(self.blocks, self._cell_sides, position).depths(pairs)[row.reshape(-1)]
         return depth
+
+    def are_free(self, one: IntArray, other: IntArray) -> BoolArray:
+        """Return whether both faces (k,) of pairs are of one block alone, as given, (k,)."""
+        pair = self.blocks.face_blocks[np.stack([one, other])]  # (2, k, 2)
+        both: BoolArray = (pair < 0).any(axis=2).all(axis=0)
+        return both
 
     def share_corners(self, one: IntArray, other: IntArray) -> BoolArray:
         """Return whether faces (k,) share a corner as given, (k,): their blocks meet in a node of the mesh."""
@@ -157,7 +181,9 @@ class Surfaces:
         )
         points, slot = points_of(polygons, self.rule)
         polygon, mean = points.polygon, polygons.normal
-        on_a, on_b = (_over(polygons.centroid, mean, corners[offsets[side]], normal[side]) for side in (one, other))
+        on_a, on_b = (
+            over_points(polygons.centroid, mean, corners[offsets[side]], normal[side]) for side in (one, other)
+        )
         found = rows
         flat, size = _are_flat(normal[one], normal[other]), self.blocks.moments.size
         least = RULES.corner_share * np.minimum(size[polygons.block_a], size[polygons.block_b]) ** 2
@@ -227,65 +253,23 @@ class Surfaces:
         return slide
 
 
-def _near(
-    rows: FloatArray, faces: IntArray, sizes: IntArray, band: float, narrow: float
-) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
-    """Return rows, surfaces, sizes and least gaps of polygons within `band` and wider than `narrow` [m]."""
-    if not len(faces):
-        return rows, faces, sizes, np.zeros(0)
-    first = np.cumsum(sizes) - sizes
-    least = np.minimum.reduceat(rows[:, 12], first)
-    base, ends = rows[:, :3], np.append(first, len(rows))
+def _least_gaps(rows: FloatArray, sizes: IntArray) -> FloatArray:
+    """Return the least gaps of polygons (q,) of so many rows each [m]."""
+    least: FloatArray = np.minimum.reduceat(rows[:, 12], np.cumsum(sizes) - sizes) if len(sizes) else np.zeros(0)
+    return least
+
+
+def _are_near(rows: FloatArray, sizes: IntArray, band: float, narrow: float) -> BoolArray:
+    """Return which polygons (q,) of so many rows each are within `band` and wider than `narrow` [m]."""
+    base, ends = rows[:, :3], np.append(0, np.cumsum(sizes))
     area = np.linalg.norm(vector_areas(base, ends), axis=1)
-    around = np.add.reduceat(np.linalg.norm(base[next_corner(ends)] - base, axis=1), first)
-    wide = 2 * area > narrow * around  # a narrow one is the elastic penetration of a face past another's edge
-    near = (np.abs(least) <= band) & wide
-    rows, faces, sizes, least = rows[np.repeat(near, sizes)], faces[near], sizes[near], least[near]
-    return rows, faces, sizes, least
-
-
-def _at_inner_edges(
-    rows: FloatArray,
-    sizes: IntArray,
-    blocks: IntArray,
-    kinds: tuple[BoolArray, BoolArray],
-    there: tuple[FloatArray, FloatArray],
-    slide: FloatArray,
-    narrow: float,
-) -> FloatArray:
-    """Return rows that have the normal of the other face where a face ends in the plane of a flat contact.
-
-    Where a slid against b, by `slide` (q, 3) [m], it is only the normal of a face along which a slid more. Before any
-    slide it is that of the face beyond the edge that is nearer to its plane.
-
-    `kinds`: which polygons are flat, and which touch; `there`: of both faces a corner and the normal, (q, 2, 3).
-    """
-    (corner, normal), of = there, np.repeat(np.arange(len(sizes)), sizes)
-    mean = normal[:, 1] - normal[:, 0]
-    over = [_over(rows[:, :3], mean[of], corner[of, side], normal[of, side]) for side in (0, 1)]
-    height = heights_of_edges(rows, (over[0], over[1]), sizes, blocks, *kinds, narrow)
-    across = np.abs(np.einsum("qsj,qj->qs", normal, slide))[of]
-    moved = np.abs(np.diff(across)) > narrow
-    less = np.where(moved, across[:, ::-1], height)
-    chosen = (np.isfinite(height) & (less < less[:, ::-1])).T
-    found = rows.copy()
-    for side, k in enumerate(map(np.flatnonzero, chosen)):
-        across = normal[of[k], 1] if side == 0 else -normal[of[k], 0]
-        apart = over[0][k] - over[1][k]
-        gap = np.einsum("ij,ij->i", apart, across)[:, None]
-        points = (over[0][k], over[0][k] - gap * across) if side == 0 else (over[1][k] + gap * across, over[1][k])
-        found[k, 3:] = np.hstack([*points, across, gap, np.full_like(gap, side)])
-    return found
+    around = sums(owner_of_corner(ends), np.linalg.norm(base[next_corner(ends)] - base, axis=1), len(sizes))
+    # A narrow one is the elastic penetration of a face past another's edge.
+    near: BoolArray = (np.abs(_least_gaps(rows, sizes)) <= band) & (2 * area > narrow * around)
+    return near
 
 
 def _are_flat(one: FloatArray, other: FloatArray) -> BoolArray:
     """Return which pairs of faces, by their normals (q, 3), touch flat."""
     flat: BoolArray = (np.cross(one, other) ** 2).sum(axis=1) < PARALLEL**2
     return flat
-
-
-def _over(point: FloatArray, mean: FloatArray, corner: FloatArray, normal: FloatArray) -> FloatArray:
-    """Return the points of faces, by a corner and a normal of each, that lie over points along `mean`, (k, 3)."""
-    height = np.einsum("ij,ij->i", corner - point, normal) / np.einsum("ij,ij->i", mean, normal)
-    found: FloatArray = point + height[:, None] * mean
-    return found

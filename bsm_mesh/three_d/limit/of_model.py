@@ -51,12 +51,14 @@ class ModelProgram:
         Raises
         ------
         ModelError
-            If blocks touch on parts of faces, a law has no straight lines, or there are too many points.
+            If blocks touch on parts of faces or at edges, a law has no straight lines, or there are too many points.
         """
         assert in_space(model.blocks)
         blocks, system = model.blocks, BlockSystem(model)
         if system.touching.size:
-            raise ModelError("limit analysis: blocks touch on parts of faces, which it does not know; run the model")
+            raise ModelError(
+                "limit analysis: blocks touch on parts of faces or at edges, which it does not know; run the model"
+            )
         held = system.prescribed_blocks
         rule = "corners" if model.contact_points == "corners" else "both"
         analysis = LimitAnalysis3D(blocks.moments, blocks.contact_polygons, held, rule, Ties.of(model, held))

@@ -12,7 +12,7 @@ from bsm_mesh.model.supports import bars_of
 from bsm_mesh.movements import turned
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.bolts.installed import InstalledBolts
-from bsm_mesh.solve.step.system import BAND, System
+from bsm_mesh.solve.step.system import BAND, STEP, System
 from bsm_mesh.three_d.contacts.contact_set import ContactSet, contacts_of, given_points
 from bsm_mesh.three_d.contacts.forces import (
     Evaluation,
@@ -24,10 +24,11 @@ from bsm_mesh.three_d.contacts.forces import (
     updated,
     worn,
 )
-from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
+from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, pairs_of
 from bsm_mesh.three_d.contacts.kernels import max_relative_movement
+from bsm_mesh.three_d.contacts.meetings import Meetings
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
-from bsm_mesh.three_d.contacts.renewal import Renewal, points_apart
+from bsm_mesh.three_d.contacts.renewal import SLID, Renewal, points_apart
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
 from bsm_mesh.three_d.loads import ExternalLoads
@@ -36,7 +37,7 @@ from bsm_mesh.three_d.loads import ExternalLoads
 class BlockSystem(System):
     """The polyhedra of a model in large displacement.
 
-    `touching` (k, 2) has the pairs of blocks that touch on parts of faces, as given, where they share no face.
+    `touching` (k, 2) has the pairs of blocks that share no face, and touch as given on parts of faces or at edges.
 
     A position (n, 6) is the displacement of every centroid and its rotation vector, from the given geometry.
 
@@ -77,12 +78,14 @@ class BlockSystem(System):
         pairs = np.sort(np.stack([apart.block_a, apart.block_b], axis=1)[touch], axis=1)
         self.touching = np.unique(pairs, axis=0)
         given = given_points(model, held).with_more(apart)
+        known = pairs_of(given.block_a, given.block_b)
         return Renewal(
             surfaces=surfaces,
             catalogue=self.catalogue,
             given=given,
             contacts=contacts_of(given, PolygonPoints.none(), self.catalogue),
             held=held,
+            meetings=Meetings(surfaces.near_free_faces(self.start, held, SLID * self.size, known), self.block_size),
             block_size=self.block_size,
             size=self.size,
             band=band,
@@ -180,8 +183,10 @@ class BlockSystem(System):
     def max_relative_movement(self, contacts: ContactSet, movement: FloatArray) -> float:
         """Return the largest relative movement of neighbouring blocks [m]."""
         blocks = contacts.candidates.block_a, contacts.candidates.block_b
+        meeting = np.ascontiguousarray(contacts.meeting.T)
         largest: float = max_relative_movement(*blocks, movement, self.block_size)
-        return largest
+        nearest: float = max_relative_movement(*meeting, movement, self.block_size)
+        return max(largest, STEP / RULES.min_overlap * nearest)
 
     def shares_inside(self, position: FloatArray, block: IntArray) -> FloatArray:
         """Return zeros (k,): faces that come near are found before blocks sink into them."""
