@@ -53,4 +53,4 @@ def test_a_block_in_water_slides_to_a_rest_that_its_motion_reaches():
     assert zones.status == rigid.status == "stable"
     one, other = (np.hypot(*results.stages[-1].displacement[1, :2]) for results in (zones, rigid))
     assert other > 0.2
-    assert 0.99 < one / other < 2.2
+    assert one / other == pytest.approx(2.0, rel=0.1)  # 2.3 where motion begins undamped

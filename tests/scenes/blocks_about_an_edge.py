@@ -9,9 +9,9 @@ from shapely.affinity import rotate, translate
 from shapely.geometry import Polygon
 
 import bsm_mesh as bsm
+from tests.scenes.models import stiff_model
 from tests.scenes.polyhedra import prism, rotation, turned
 
-ROCK = bsm.Rock("rock", unit_weight=26e3, young=30e9, poisson=0.25)
 DEPTH = 1.0  # of the blocks below in space [m]
 WIDEST = 2.6  # radians: the angle of a block at the edge
 NARROWEST = 0.35
@@ -86,14 +86,7 @@ class BlocksAboutAnEdge:
         return max((2 * area.area / area.length for area in shared if area.length > 0), default=0.0)
 
     def _model(self, blocks: bsm.Blocks | bsm.Polyhedra) -> bsm.Model:
-        law = bsm.MohrCoulomb(friction=self.friction)
-        return bsm.Model(
-            blocks=blocks,
-            rocks=[ROCK],
-            joints=[bsm.Joint("joint", normal_stiffness=1e10, shear_stiffness=5e9, law=law)],
-            default_joint="joint",
-            supports=[bsm.Fixed(blocks=np.flatnonzero(self.held).tolist())],
-        )
+        return stiff_model(blocks, friction=self.friction, held=np.flatnonzero(self.held).tolist())
 
 
 def _sector(begin: float, angle: float, first: float, last: float) -> np.ndarray:

@@ -8,9 +8,9 @@ import numpy as np
 
 import bsm_mesh as bsm
 from bsm_mesh.model.faces import find_faces
+from tests.scenes.models import stiff_model
 from tests.scenes.polyhedra import prism, rotation, turned
 
-ROCK = bsm.Rock("rock", unit_weight=26e3, young=30e9, poisson=0.25)
 DEPTH = 3.0  # of the ground in space [m]
 
 
@@ -85,11 +85,6 @@ class KinkedPlane:
         return self._model(replace(cells, face_joint=joint, joint_names=("joint",)))
 
     def _model(self, blocks: bsm.Blocks | bsm.Polyhedra) -> bsm.Model:
-        law = bsm.MohrCoulomb(friction=self.friction)
-        return bsm.Model(
-            blocks=blocks,
-            rocks=[ROCK],
-            joints=[bsm.Joint("joint", normal_stiffness=1e10, shear_stiffness=5e9, law=law)],
-            default_joint=None if self.bare else "joint",
-            supports=[bsm.Fixed(blocks=[2] if self.loose else [0, 1])],
-        )
+        default_joint = None if self.bare else "joint"
+        held = [2] if self.loose else [0, 1]
+        return stiff_model(blocks, friction=self.friction, held=held, default_joint=default_joint)

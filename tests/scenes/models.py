@@ -24,6 +24,18 @@ def model_of(polygons, *, friction=35.0, kn=1e9, fixed=(0,), supports=None, law=
     )
 
 
+def stiff_model(blocks, *, friction, held, default_joint="joint"):
+    """Return a model of blocks of elastic rock, in the plane or in space, on one kind of stiff joint."""
+    law = bsm.MohrCoulomb(friction=friction)
+    return bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=26e3, young=30e9, poisson=0.25)],
+        joints=[bsm.Joint("joint", normal_stiffness=1e10, shear_stiffness=5e9, law=law)],
+        default_joint=default_joint,
+        supports=[bsm.Fixed(blocks=held)],
+    )
+
+
 def moved_polygons(results):
     """Return the polygons of the blocks as they are at the end."""
     blocks, displacement = results.blocks, results.stages[-1].displacement

@@ -1,9 +1,12 @@
 """Blocks that touch another along an edge alone, once those between them are gone: no block goes through another."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.three_d.step.block_system import BlockSystem
 from tests.scenes.blocks_about_an_edge import BlocksAboutAnEdge
 from tests.scenes.polyhedra import model_in_space, prism, rotation, turned
 
@@ -43,3 +46,13 @@ def test_a_block_on_an_edge_alone_falls_as_in_the_plane(seed):
     assert solid.status == flat.status
     assert scene.depth(flat.stages[-1].displacement) < DEEP
     assert scene.depth(solid.stages[-1].displacement) < DEEP
+
+
+@pytest.mark.parametrize("between", [True, False])
+def test_blocks_that_share_an_edge_have_contact_there_unless_others_are_between(between):
+    """Six wedges of 60 degrees about an edge, or two of them with one between that is gone."""
+    ways = np.radians(np.arange(0, 361, 60))
+    wedges = [[(0, 0), (np.cos(a), np.sin(a)), (np.cos(b), np.sin(b))] for a, b in pairwise(ways)]
+    solids = [prism(wedge) for wedge in (wedges if between else [wedges[0], wedges[2]])]
+    touching = BlockSystem(model_in_space(solids)).touching.tolist()
+    assert touching == ([] if between else [[0, 1]])

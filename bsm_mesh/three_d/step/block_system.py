@@ -181,7 +181,10 @@ class BlockSystem(System):
         return float(at.normal_stiffness[near].sum()), float(contacts.shear_stiffness[near].sum())
 
     def max_relative_movement(self, contacts: ContactSet, movement: FloatArray) -> float:
-        """Return the largest relative movement of neighbouring blocks [m]."""
+        """Return the largest relative movement of neighbouring blocks [m].
+
+        That of blocks whose edges may meet counts more: a step length is the width of a shared area that counts.
+        """
         blocks = contacts.candidates.block_a, contacts.candidates.block_b
         meeting = np.ascontiguousarray(contacts.meeting.T)
         largest: float = max_relative_movement(*blocks, movement, self.block_size)
