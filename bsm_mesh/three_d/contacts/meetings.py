@@ -15,8 +15,6 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
 from bsm_mesh.three_d.contacts.history import pairs_of
 
-FAR = 0.1  # of a block's size: moved so far against each other, the pair is searched as any other
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Meetings:
@@ -33,12 +31,12 @@ class Meetings:
     pairs: IntArray
     block_size: FloatArray
 
-    def left(self, contacts: ContactSet, position: FloatArray) -> IntArray:
-        """Return the pairs (m, 2) that have no contact yet and have hardly moved against each other."""
+    def left(self, contacts: ContactSet, position: FloatArray, share: float) -> IntArray:
+        """Return the pairs (m, 2) without a contact yet, by less than a share of their size moved past each other."""
         (a, b), c = self.pairs.T, contacts.candidates
         turn = np.linalg.norm(position[:, 3:], axis=1) * self.block_size
         moved = np.linalg.norm(position[a, :3] - position[b, :3], axis=1) + turn[a] + turn[b]
-        near = moved < FAR * np.minimum(self.block_size[a], self.block_size[b])
+        near = moved < share * np.minimum(self.block_size[a], self.block_size[b])
         found: IntArray = self.pairs[near & ~np.isin(pairs_of(a, b), pairs_of(c.block_a, c.block_b))]
         return found
 

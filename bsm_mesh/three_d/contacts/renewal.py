@@ -58,7 +58,7 @@ class Renewal:
     def contacts_at(self, history: PointHistory, position: FloatArray, *, first: bool) -> ContactSet:
         """Return the contact points at a position with their history; at the start (`first`) all are intact."""
         found = self._found_at(history, position, first=first)
-        return replace(found, meeting=self.meetings.left(found, position))
+        return replace(found, meeting=self.meetings.left(found, position, SLID))
 
     def _found_at(self, history: PointHistory, position: FloatArray, *, first: bool) -> ContactSet:
         points, contacts = self.given, self.contacts
