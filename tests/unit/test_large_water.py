@@ -12,7 +12,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.solve.zones import following
 from bsm_mesh.solve.zones.large_water import water_near
+from bsm_mesh.solve.zones.stage_run import StageRun
 from bsm_mesh.solve.zones.supports import nodal_unknowns
 from tests.scenes import meeting_zones as meeting
 from tests.scenes.large_zones import bolted
@@ -117,3 +119,47 @@ def test_the_stiffness_of_the_water_is_the_derivative_of_its_forces():
     up, down = ([water_near(run, u + way * step * mode, present).force for mode in modes] for way in (1, -1))
     found = (np.array(down) - np.array(up)) / (2 * step) @ modes.T
     assert_allclose(modes @ near.stiffness @ modes.T, found.T, atol=1e-4 * UNIT)
+
+
+def test_water_is_that_where_blocks_are_in_every_window_of_motion(monkeypatch):
+    """A block falls into water onto a floor: at the begin of each window it displaces the water around it."""
+    table, gap = 0.07, 0.09  # m
+    model, found, go_on = meeting.dropped(young=1e10, gap=gap, water=level(table)), [], following.go_on
+
+    def watched(motion):
+        equations, u = motion.equations, motion.at.u
+        deep = max(0.0, table - gap - u[above].mean())
+        found.append((deep, equations.load_at(u)[above].sum()))
+        go_on(motion)
+
+    run = unwatched(model)._run
+    of, present = run.of, np.ones(2, dtype=bool)
+    above = nodal_unknowns(of.basis)[:, 1]
+    above = above[np.isin(above, of.basis.element_dofs[:, of.mesh.block == 1])]
+    monkeypatch.setattr(following, "go_on", watched)
+    following.follow(run, run.equations(present, run.loads_on(present)), present)
+    deep, force = np.array(found).T
+    assert deep[0] == 0.0
+    assert len(set(deep.round(3))) > 3
+    assert deep[-1] == pytest.approx(table, rel=1e-2)
+    assert_allclose(force, UNIT * deep - meeting.WEIGHT, rtol=1e-5)
+
+
+def test_water_that_changes_between_parts_of_the_load_is_counted_once(monkeypatch):
+    """A block sinks into water on a soft joint. At once no equilibrium is found here, so parts of the load follow."""
+    soft, table = 1e5, 0.2  # N/m3, m
+    model = meeting.dropped(young=1e10, gap=0.0, kn=soft, water=level(table))
+    settled, parts = StageRun._settled, []
+
+    def not_at_once(run, equations, present):
+        equations, at, converged = settled(run, equations, present)
+        parts.append(at.u)
+        return equations, at, converged and len(parts) > 1
+
+    monkeypatch.setattr(StageRun, "_settled", not_at_once)
+    results = bsm.run(model)
+    assert results.status == "stable", results.stages[0].reason
+    assert len(parts) == 5
+    sunk = (meeting.WEIGHT - UNIT * table) / (soft + UNIT)
+    assert_allclose(-results.stages[0].displacement[1, 1], sunk, rtol=1e-5)
+    assert results.check().ok
