@@ -15,7 +15,7 @@ from bsm_mesh.folder.summary import versions
 from bsm_mesh.model.excavated_water import depths_below, least_depth
 from bsm_mesh.model.model import Model
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.space_file import SLOPE, LoadedSpace, load_space_file
+from bsm_mesh.modelfile.space_file import LoadedSpace, load_space_file
 from bsm_mesh.modelfile.space_model import space_model
 from bsm_mesh.pictures.figures import save
 from bsm_mesh.pictures.joint_net import joint_net, least_friction
@@ -25,6 +25,7 @@ from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polygons import spread
+from bsm_mesh.three_d.blocks.polyhedra import SLOPE
 from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 from bsm_mesh.three_d.key_blocks.loads import RockLoads
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
@@ -46,7 +47,6 @@ def find_key_blocks(
     found = key_blocks(
         model,
         free=_free(loaded),
-        excavated=list(loaded.blocks.excavations),
         gravity=asked.gravity,
         joint_pressure=asked.joint_pressure,
         required=asked.required,

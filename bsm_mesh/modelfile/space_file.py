@@ -27,12 +27,11 @@ from bsm_mesh.modelfile.space_tables import (
 )
 from bsm_mesh.named_units import LENGTHS
 from bsm_mesh.table_rows import read_rows
-from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.blocks.polyhedra import SLOPE, Polyhedra
 
 if TYPE_CHECKING:
     from bsm_mesh.geometries.three_d import Excavation, JointPlane, JointSet, Opening
 
-SLOPE = "slope"  # boundary along it
 Cutter: TypeAlias = "Callable[[SpaceFile, Path, Reach, list[Any], list[Any]], Polyhedra]"
 """Returns the blocks that joints and bodies cut: `blocks_of`, or what keeps what that returned."""
 

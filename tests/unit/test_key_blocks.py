@@ -174,6 +174,13 @@ def test_a_model_has_all_that_is_asked_for():
         bsm.key_blocks(bsm.Model(blocks=plane, rocks=ROCK), free=["top"])
 
 
+def test_excavations_are_open_unless_others_are_named():
+    given = {"rocks": ROCK, "joints": [joint("J1")], "free": ["south", "north"]}
+    assert_allclose(bsm.key_blocks(roof(), **given).factor, bsm.key_blocks(roof(), excavated=["cavern"], **given).factor)
+    shut = bsm.key_blocks(roof(), excavated=[], **given)
+    assert "falls" not in shut.modes
+
+
 def test_other_laws_have_their_own_strength():
     law = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=25)
     found = slab(40, joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=law)])

@@ -29,6 +29,8 @@ SLIVER = 1e-3  # of the mean volume: smaller blocks are slivers, left out of tim
 FacePredicate = Callable[[FloatArray, FloatArray, FloatArray], npt.NDArray[np.bool_]]
 
 
+SLOPE = "slope"  # boundary along the slope of a model file
+
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Polyhedra(Portable):
     """Rigid polyhedral blocks, stored flat.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.values import is_number
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polygons import sums
-from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.blocks.polyhedra import SLOPE, Polyhedra
 from bsm_mesh.three_d.key_blocks.installed import pulls_of
 from bsm_mesh.three_d.key_blocks.loads import RockLoads
 from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, NOT_JUDGED, ONE, TWO, Movement, movements, removable
@@ -47,8 +48,8 @@ def key_blocks(
     *,
     rocks: Sequence[Rock] = (),
     joints: Sequence[Joint] = (),
-    free: Sequence[str] = (),
-    excavated: Sequence[str] = (),
+    free: Sequence[str] | None = None,
+    excavated: Sequence[str] | None = None,
     default_joint: str | None = None,
     bolts: Sequence[Bolt] = (),
     gravity: Sequence[float] | None = None,
@@ -66,8 +67,9 @@ def key_blocks(
         The rock. A model has materials, bolts, and gravity, water and loads before its stages; its supports do nothing.
     rocks, joints : sequence of Rock, of Joint
         Unit weights, and laws of the joints; a joint without a law does not slip.
-    free, excavated : sequence of str
+    free, excavated : sequence of str, optional
         Free boundaries and open excavations: blocks along them have free faces. Other outer faces hold their blocks.
+        By default the boundary ``"slope"``, if there is one, and all excavations: as ``bsm-mesh key-blocks``.
     default_joint : str, optional
         Joint of the faces between blocks that carry none; else they are faces of rock.
     bolts : sequence of Bolt
@@ -100,6 +102,13 @@ def key_blocks(
     _check_numbers(required, rounds)
     if isinstance(blocks, Polyhedra):
         blocks = Model(blocks=blocks, rocks=rocks, joints=joints, default_joint=default_joint, bolts=bolts)
+    rock = getattr(blocks, "blocks", blocks)
+    if not in_space(rock):
+        raise ModelError("key blocks: the blocks must be bsm.Polyhedra(...); in the plane run the model")
+    if free is None:
+        free = [SLOPE] if SLOPE in rock.boundaries else []
+    if excavated is None:
+        excavated = list(rock.excavations)
     given, present = _given(blocks, gravity, joint_pressure or {}, excavated, free)
     return _in_rounds(given, free, present, float(required), rounds)
 
@@ -143,9 +152,7 @@ def _given(
     free: Sequence[str],
 ) -> tuple[_Given, BoolArray]:
     """Return the checked input, and which blocks are present."""
-    blocks = getattr(model, "blocks", model)
-    if not in_space(blocks):
-        raise ModelError("key blocks: the blocks must be bsm.Polyhedra(...); in the plane run the model")
+    blocks: Any = model.blocks
     materials = Materials.checked(blocks, model.rocks, model.joints, model.default_joint)
     faults = [
         f"{kind}: there is no {kind} '{name}'{nearest(name, known)}"
