@@ -176,7 +176,9 @@ def test_a_model_has_all_that_is_asked_for():
 
 def test_excavations_are_open_unless_others_are_named():
     given = {"rocks": ROCK, "joints": [joint("J1")], "free": ["south", "north"]}
-    assert_allclose(bsm.key_blocks(roof(), **given).factor, bsm.key_blocks(roof(), excavated=["cavern"], **given).factor)
+    assert_allclose(
+        bsm.key_blocks(roof(), **given).factor, bsm.key_blocks(roof(), excavated=["cavern"], **given).factor
+    )
     shut = bsm.key_blocks(roof(), excavated=[], **given)
     assert "falls" not in shut.modes
 

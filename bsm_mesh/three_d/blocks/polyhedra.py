@@ -31,6 +31,7 @@ FacePredicate = Callable[[FloatArray, FloatArray, FloatArray], npt.NDArray[np.bo
 
 SLOPE = "slope"  # boundary along the slope of a model file
 
+
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Polyhedra(Portable):
     """Rigid polyhedral blocks, stored flat.
