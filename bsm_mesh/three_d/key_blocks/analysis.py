@@ -102,13 +102,7 @@ def key_blocks(
     _check_numbers(required, rounds)
     if isinstance(blocks, Polyhedra):
         blocks = Model(blocks=blocks, rocks=rocks, joints=joints, default_joint=default_joint, bolts=bolts)
-    rock = getattr(blocks, "blocks", blocks)
-    if not in_space(rock):
-        raise ModelError("key blocks: the blocks must be bsm.Polyhedra(...); in the plane run the model")
-    if free is None:
-        free = [SLOPE] if SLOPE in rock.boundaries else []
-    if excavated is None:
-        excavated = list(rock.excavations)
+    free, excavated = _openings(blocks, free, excavated)
     given, present = _given(blocks, gravity, joint_pressure or {}, excavated, free)
     return _in_rounds(given, free, present, float(required), rounds)
 
@@ -132,6 +126,17 @@ def _in_rounds(given: _Given, free: Sequence[str], present: BoolArray, required:
     if found is None:
         raise ModelError("key blocks: no block has a free face; name boundaries along openings, or excavations")
     return found
+
+
+def _openings(
+    model: Model, free: Sequence[str] | None, excavated: Sequence[str] | None
+) -> tuple[Sequence[str], Sequence[str]]:
+    """Return the names of free boundaries and of open excavations, those of the command by default."""
+    rock = getattr(model, "blocks", model)
+    if not in_space(rock):
+        raise ModelError("key blocks: the blocks must be bsm.Polyhedra(...); in the plane run the model")
+    slope = [SLOPE] if SLOPE in rock.boundaries else []
+    return slope if free is None else free, list(rock.excavations) if excavated is None else excavated
 
 
 def _check_numbers(required: object, rounds: object) -> None:
