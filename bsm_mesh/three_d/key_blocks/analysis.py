@@ -41,6 +41,7 @@ class _Given:
     loads: RockLoads
     weight: FloatArray  # (n,) [N]
     bolts: tuple[Bolt, ...]
+    free: Sequence[str]  # boundaries
 
 
 def key_blocks(
@@ -68,8 +69,7 @@ def key_blocks(
     rocks, joints : sequence of Rock, of Joint
         Unit weights, and laws of the joints; a joint without a law does not slip.
     free, excavated : sequence of str, optional
-        Free boundaries and open excavations: blocks along them have free faces. Other outer faces hold their blocks.
-        By default the boundary ``"slope"``, if there is one, and all excavations: as ``bsm-mesh key-blocks``.
+        Free boundaries and open excavations, by default ``"slope"`` and all. Other outer faces hold their blocks.
     default_joint : str, optional
         Joint of the faces between blocks that carry none; else they are faces of rock.
     bolts : sequence of Bolt
@@ -99,20 +99,19 @@ def key_blocks(
     >>> bsm.key_blocks(blocks, rocks=[rock], joints=[joint], free=["bottom"]).modes.count("falls")
     4
     """
-    _check_numbers(required, rounds)
     if isinstance(blocks, Polyhedra):
         blocks = Model(blocks=blocks, rocks=rocks, joints=joints, default_joint=default_joint, bolts=bolts)
-    free, excavated = _openings(blocks, free, excavated)
-    given, present = _given(blocks, gravity, joint_pressure or {}, excavated, free)
-    return _in_rounds(given, free, present, float(required), rounds)
+    _check_numbers(required, rounds)
+    given, present = _given(blocks, gravity, joint_pressure or {}, *_openings(blocks, free, excavated))
+    return _in_rounds(given, present, float(required), rounds)
 
 
-def _in_rounds(given: _Given, free: Sequence[str], present: BoolArray, required: float, rounds: int) -> KeyBlocks:
+def _in_rounds(given: _Given, present: BoolArray, required: float, rounds: int) -> KeyBlocks:
     """Return the blocks at free faces, and those that come to lie there as others are taken away."""
     blocks = given.blocks
     found: KeyBlocks | None = None
     for number in range(1, rounds + 1):
-        wall = wall_of(blocks, free, present)
+        wall = wall_of(blocks, given.free, present)
         if not len(wall.block):
             break
         pull = pulls_of(given.bolts, blocks, present)[wall.block]
@@ -153,8 +152,8 @@ def _given(
     model: Model,
     gravity: Sequence[float] | None,
     joint_pressure: Mapping[str, float],
-    excavated: Sequence[str],
     free: Sequence[str],
+    excavated: Sequence[str],
 ) -> tuple[_Given, BoolArray]:
     """Return the checked input, and which blocks are present."""
     blocks: Any = model.blocks
@@ -190,6 +189,7 @@ def _given(
         loads=RockLoads(model, gravity, joint_pressure),
         weight=blocks.moments.volume * materials.unit_weights(blocks),
         bolts=tuple(model.bolts),
+        free=free,
     )
     return given, present
 
