@@ -125,6 +125,19 @@ def test_the_certificate_follows_the_water() -> None:
             assert "the water presses on block" in "; ".join(check_stage(told, said, changed)[1])
 
 
+@pytest.mark.parametrize("dip", [0, 12, 45])
+def test_the_check_follows_a_plane_of_water_through_corners(dip: float) -> None:
+    """Corners of the fixed block lie in the plane: neither wet nor dry."""
+    plane = bsm.HeadPlane(point=(0, 0, 0), dip=dip, dip_direction=90)
+    model = model_in_space([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))], water=bsm.Water(plane=plane))
+    results = bsm.run(model, OPTIONS)
+    wet = 1 - np.tan(np.radians(dip)) / 2  # volume of the fixed block below the plane
+    assert_allclose(results.stages[0].water[0, 2], WATER * wet, rtol=1e-9)
+    told = certificate(results)
+    arrays = {key: np.array(values) for key, values in certificate_arrays(results, results.stages[0]).items()}
+    assert check_stage(told, told["stages"][0], arrays)[1] == []
+
+
 def test_planes_of_head_are_for_polyhedra_and_tables_for_the_plane():
     water = bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 1)))
     blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="r")

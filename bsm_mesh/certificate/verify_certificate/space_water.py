@@ -48,7 +48,7 @@ def wet_part(arm: Any, depth: Any) -> tuple[Any, Any]:
     kept = []
     for k in range(len(arm)):
         after = (k + 1) % len(arm)
-        if depth[k] > 0:
+        if depth[k] >= 0:
             kept.append((arm[k], depth[k]))
         if depth[k] * depth[after] < 0:
             part = depth[k] / (depth[k] - depth[after])
