@@ -12,7 +12,7 @@ from bsm_mesh.model.joint_laws.closure import overlap_at
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import turned
 from bsm_mesh.results.contact_shares import cover_of, shares_of_contacts
-from bsm_mesh.results.movement import as_given, displacement_of
+from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import ContactForces
 
 
@@ -90,9 +90,7 @@ class Apertures:
         """Return the effective normal stress at both ends of every face, (k, 2) [Pa], compression positive."""
         faces, blocks = self.joints.faces, self.model.blocks
         at = np.zeros_like(moved) if in_rows else moved
-        point = as_given(blocks, at, contacts.block_a, contacts.point)
-        normal = turned(contacts.normal, -at[contacts.block_a, 2])
-        shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=2 if in_rows else 0)
+        shares = shares_of_contacts(blocks, contacts, at, in_rows=2 if in_rows else 0)
         face = cover_of(blocks, faces, contacts, shares).face
         known = np.flatnonzero(face >= 0)
         of = face[known]

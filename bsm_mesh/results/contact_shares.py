@@ -10,6 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import Faces
 from bsm_mesh.movements import turned
+from bsm_mesh.results.movement import as_given
 from bsm_mesh.results.records import ContactForces
 
 PARALLEL = 0.1  # sine: edges within 6 degrees lie along each other, as in the contact rules
@@ -43,9 +44,7 @@ class Shares:
         return middle
 
 
-def shares_of_contacts(
-    blocks: Blocks, contacts: ContactForces, point: FloatArray, normal: FloatArray, *, in_rows: int
-) -> Shares:
+def shares_of_contacts(blocks: Blocks, contacts: ContactForces, moved: FloatArray, *, in_rows: int) -> Shares:
     """Return the part of a face that each contact represents.
 
     Parameters
@@ -54,18 +53,17 @@ def shares_of_contacts(
         As they were given.
     contacts : ContactForces
         The m contacts.
-    point, normal : (m, 2) float64
-        Where they are, and the outward normals of b's edges, brought back to the given geometry with block a.
+    moved : (n, 3) float64 [m, m, rad]
+        Displacement of every block since it was given.
     in_rows : {0, 2, 3}
         How many rows are the contacts of one face: two at its ends or at Gauss points within, or three, one in the
         middle; 0: they are in no order. Contacts of blocks that met later are in no order, behind the others.
     """
-    sign = np.where(contacts.block_a < contacts.block_b, 1.0, -1.0)
-    direction = turned(normal * sign[:, None], np.pi / 2)
+    point, direction = _in_block(blocks, contacts, moved, contacts.block_a)
     other, in_row = _others_in_rows(contacts, in_rows)
     side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
     if not in_row.all():
-        side = np.where(in_row, side, _sides(blocks, contacts, point, direction))
+        side = np.where(in_row, side, _sides(blocks, contacts, moved))
     first = point + ((side - 1) / 2 * contacts.length)[:, None] * direction
     last = point + ((side + 1) / 2 * contacts.length)[:, None] * direction
     if in_rows == 2:
@@ -94,33 +92,58 @@ def _others_in_rows(contacts: ContactForces, in_rows: int) -> tuple[IntArray, Bo
     return np.where(whole, other, row), whole
 
 
-def _sides(blocks: Blocks, contacts: ContactForces, point: FloatArray, direction: FloatArray) -> IntArray:
+def _in_block(
+    blocks: Blocks, contacts: ContactForces, moved: FloatArray, block: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return points of contacts and directions of their faces in the given geometry of a block each, (m, 2) both."""
+    sign = np.where(contacts.block_a < contacts.block_b, 1.0, -1.0)
+    point = as_given(blocks, moved, block, contacts.point)
+    return point, turned(contacts.normal * sign[:, None], np.pi / 2 - moved[block, 2])
+
+
+def _sides(blocks: Blocks, contacts: ContactForces, moved: FloatArray) -> IntArray:
     """Return to which side of its corner each contact's face lies, (m,) int8: where the block has a parallel edge.
 
-    At a corner in the middle of a straight edge there are faces to both sides: of two contacts each has one.
+    At a corner in the middle of a straight edge there are faces to both sides: of two contacts each has one. A single
+    contact there has the side on which the other block has its face, or both.
     """
-    block = contacts.block_a
-    if not len(point):
+    if not len(contacts.length):
         return np.zeros(0, np.int8)
-    corner = _nearest_corners(blocks, block, point)
-    before = np.where(corner == blocks.offsets[block], blocks.offsets[block + 1], corner) - 1
-    reach = np.zeros((2, len(point)))  # length of the parallel edge behind the corner and ahead of it
-    for vector in (blocks.edge_vectors[corner], -blocks.edge_vectors[before]):
-        length = np.hypot(*vector.T)
-        sine, cosine = (_cross(vector, direction) / length, (vector * direction).sum(axis=1) / length)
-        parallel = np.abs(sine) <= PARALLEL
-        for way, ahead in enumerate((cosine < 0, cosine > 0)):
-            reach[way] = np.where(parallel & ahead, length, reach[way])
+    corner, _, reach = _reaches(blocks, contacts, moved, contacts.block_a)
     side = np.sign(np.sign(reach[1]) - np.sign(reach[0]))
     flat = np.flatnonzero((reach > 0).all(axis=0))
     pair = _pair(contacts.block_a, contacts.block_b)
     flat = flat[np.lexsort((contacts.length[flat], corner[flat], pair[flat]))]
+    _, offset, of_b = _reaches(blocks, contacts, moved, contacts.block_b)
+    ends = (of_b + np.stack([-offset, offset]))[:, flat] <= JOINED * contacts.length[flat] / 2
+    side[flat] = ends[0].astype(int) - ends[1]
     shorter, longer = flat[:-1], flat[1:]
     two = (corner[shorter] == corner[longer]) & (pair[shorter] == pair[longer])
     ahead_of_longer = np.where(reach[1] >= reach[0], 1, -1)[longer[two]]
     side[longer[two]], side[shorter[two]] = ahead_of_longer, -ahead_of_longer
     sides: IntArray = side.astype(np.int8)
     return sides
+
+
+def _reaches(
+    blocks: Blocks, contacts: ContactForces, moved: FloatArray, block: IntArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the corner nearest to each contact, and its place and edges along the contact's face.
+
+    The second array, (m,) [m], has the distance of the corner ahead of the contact. The third, (2, m) [m], has the
+    lengths of the parallel edges behind the corner and ahead of it.
+    """
+    point, direction = _in_block(blocks, contacts, moved, block)
+    corner = _nearest_corners(blocks, block, point)
+    before = np.where(corner == blocks.offsets[block], blocks.offsets[block + 1], corner) - 1
+    reach = np.zeros((2, len(point)))
+    for vector in (blocks.edge_vectors[corner], -blocks.edge_vectors[before]):
+        length = np.hypot(*vector.T)
+        sine, cosine = (_cross(vector, direction) / length, (vector * direction).sum(axis=1) / length)
+        parallel = np.abs(sine) <= PARALLEL
+        for way, ahead in enumerate((cosine < 0, cosine > 0)):
+            reach[way] = np.where(parallel & ahead, length, reach[way])
+    return corner, ((blocks.vertices[corner] - point) * direction).sum(axis=1), reach
 
 
 def _nearest_corners(blocks: Blocks, block: IntArray, point: FloatArray) -> IntArray:

@@ -101,9 +101,7 @@ def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     blocks, contacts = results.blocks, stage.contacts
     moved = np.zeros_like(stage.origin) if results.has_small_displacements else stage.displacement + stage.origin
     given = find_faces(blocks)
-    point = as_given(blocks, moved, contacts.block_a, contacts.point)
-    normal = turned(contacts.normal, -moved[contacts.block_a, 2])
-    shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=_contacts_in_a_row(results, stage))
+    shares = shares_of_contacts(blocks, contacts, moved, in_rows=_contacts_in_a_row(results, stage))
     cover = cover_of(blocks, given, contacts, shares)
     one, other = joined_shares(contacts, shares, cover.face)
     is_face = (cover.face[one] >= 0) | (contacts.status[one] != ContactStatus.OPEN) | (other >= 0)

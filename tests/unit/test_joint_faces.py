@@ -53,6 +53,28 @@ def test_two_contacts_make_the_face_that_they_are_on(contact_points: str) -> Non
     np.testing.assert_allclose(faces.pressure.sum() + contacts.normal_force.sum(), 0, atol=1e-6)
 
 
+def test_a_block_on_a_base_with_corners_at_its_ends() -> None:
+    """The face is 1 m long and closed: the base continues beyond it, the block does not."""
+    base = [(-1, -1), (3, -1), (3, 0), (1, 0), (0, 0), (-1, 0)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([base, [(0, 0), (1, 0), (1, 1), (0, 1)]], rock="granite"),
+        rocks=[bsm.Rock("granite", unit_weight=26e3)],
+        joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))],
+        default_joint="J1",
+        supports=[bsm.Fixed(blocks=[0])],
+        loads=[bsm.PointLoad(block=1, point=(0.5, 1.0), force=(2e3, 0))],
+    )
+    results = bsm.run(model, MOVING)
+    faces = joint_faces(results, results.stages[-1])
+    ends = np.sort([faces.start[0], faces.end[0]], axis=0)
+    np.testing.assert_allclose(ends, [(0, 0), (1, 0)], atol=1e-4)
+    assert faces.length == pytest.approx([1.0], rel=1e-4)
+    assert faces.pressure == pytest.approx([26e3], rel=1e-4)
+    assert faces.open.tolist() == [0.0]
+    (joint,) = joint_sets(results, results.stages[-1])
+    assert joint.length == pytest.approx(1.0, rel=1e-4)
+
+
 def test_a_face_that_slid(slid: Results) -> None:
     """It lies under its block, has slid half a metre, and carries the block's weight and the push."""
     (row,) = rows_between(slid, 0, 1)
