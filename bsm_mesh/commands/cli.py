@@ -253,16 +253,21 @@ def limit(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scrip
     "--proof", is_flag=True, help="Ask limit analysis too whether the whole rock can be at rest, and the rest."
 )
 @json_option
+@quiet_option
 @no_scripts_option
-def key_blocks(model: Path, output: Path | None, picture: bool, proof: bool, as_json: bool, no_scripts: bool) -> None:
+def key_blocks(
+    model: Path, output: Path | None, picture: bool, proof: bool, as_json: bool, quiet: bool, no_scripts: bool
+) -> None:
     """Find the blocks at the free faces of MODEL that can fall or slide, by block theory.
 
     MODEL is a file of three dimensions (dimensions = 3): rock in a box with joints by dip and dip direction, and
     excavations or a slope. Of every block: whether it is removable, how it moves, factor, weight, support pressure.
     """
+    start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.key_blocks import find_key_blocks
 
-    find_key_blocks(model, output, as_json=as_json, picture=picture, proof=proof, scripts=not no_scripts)
+    progress = Progress(quiet=quiet or as_json)
+    find_key_blocks(model, output, progress, as_json=as_json, picture=picture, proof=proof, scripts=not no_scripts)
 
 
 @cli.command()

@@ -21,6 +21,7 @@ from bsm_mesh.pictures.figures import save
 from bsm_mesh.pictures.joint_net import joint_net, least_friction
 from bsm_mesh.pictures.key_block_pictures import draw_key_blocks
 from bsm_mesh.text.key_block_text import key_block_lines, key_block_table, unstable_rows
+from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.tables import print_table
 from bsm_mesh.text.terminal import say, say_json
 from bsm_mesh.three_d.blocks.materials import Materials
@@ -36,26 +37,32 @@ Proofs = dict[str, tuple[bool | None, str]]
 
 
 def find_key_blocks(
-    path: Path, output: Path | None, *, as_json: bool, picture: bool, proof: bool, scripts: bool = True
+    path: Path,
+    output: Path | None,
+    progress: Progress,
+    *,
+    as_json: bool,
+    picture: bool,
+    proof: bool,
+    scripts: bool = True,
 ) -> None:
     """Find the key blocks of a model file, print what falls and slides, and write table, VTU files and picture."""
-    loaded = load_space_file(path, scripts=scripts)
-    reach = Reach(folder=path.parent, scripts=scripts)
-    added = AddedFiles(output or folder_beside(loaded, reach, "key-blocks"))
-    asked = loaded.file.key_blocks
-    model = space_model(loaded, reach)
-    found = key_blocks(
-        model,
-        free=_free(loaded),
-        gravity=asked.gravity,
-        joint_pressure=asked.joint_pressure,
-        required=asked.required,
-        rounds=asked.rounds,
-    )
-    proofs = _proofs(loaded, model, found) if proof else {}
-    told = _told(loaded, model, found, proofs)
-    files = write_key_blocks(loaded, found, told, added)
-    files += _draw(loaded, found, added) if picture else []
+    with progress:
+        progress.report("blocks")
+        loaded = load_space_file(path, scripts=scripts)
+        reach = Reach(folder=path.parent, scripts=scripts)
+        added = AddedFiles(output or folder_beside(loaded, reach, "key-blocks"))
+        progress.report("key blocks")
+        model, found = _found(loaded, reach)
+        if proof:
+            progress.report("limit analysis")
+        proofs = _proofs(loaded, model, found) if proof else {}
+        progress.report("files")
+        told = _told(loaded, model, found, proofs)
+        files = write_key_blocks(loaded, found, told, added)
+        if picture:
+            progress.report("pictures")
+            files += _draw(loaded, found, added)
     if as_json:
         say_json({**told, "files": [str(added.folder.path / name) for name in files]})
         return
@@ -65,6 +72,20 @@ def find_key_blocks(
     for name, (_, text) in proofs.items():
         say(f"{name}: {text}")
     say(f"{', '.join(files)} written to {added.folder.path}")
+
+
+def _found(loaded: LoadedSpace, reach: Reach) -> tuple[Model, KeyBlocks]:
+    """Return the model of a file, and its key blocks."""
+    asked, model = loaded.file.key_blocks, space_model(loaded, reach)
+    found = key_blocks(
+        model,
+        free=_free(loaded),
+        gravity=asked.gravity,
+        joint_pressure=asked.joint_pressure,
+        required=asked.required,
+        rounds=asked.rounds,
+    )
+    return model, found
 
 
 def _free(loaded: LoadedSpace) -> list[str]:

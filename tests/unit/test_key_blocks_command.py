@@ -50,6 +50,14 @@ to = 5
 )
 
 
+def test_the_terminal_shows_what_is_at_work_unless_quiet(case: Case) -> None:
+    case.write("roof.toml", ROOF)
+    words = "key-blocks", "roof.toml", "--no-picture"
+    at_work = [line.partition("] ")[2] for line in case.run(*words).err.splitlines() if line.startswith("[")]
+    assert at_work == ["blocks", "key blocks", "files"]
+    assert not any(line.startswith("[") for line in case.run(*words, "-q", "-o", "second").err.splitlines())
+
+
 @pytest.mark.heavy
 def test_what_falls_is_printed_and_written(case: Case) -> None:
     case.write("roof.toml", ROOF)
