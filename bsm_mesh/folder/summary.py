@@ -21,7 +21,7 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.movements import translations
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.flow import FlowResult
-from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.results.movement import greatest_displacement, verdict_in_words
 from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import is_near_limit
@@ -129,6 +129,7 @@ def _stage_summary(results: Results, stage: StageResult) -> dict[str, Any]:
         "blocks": int(stage.present.sum()),
         "max_displacement": stage.max_displacement,
         "max_stage_displacement": stage.max_stage_displacement,
+        **({} if stage.zones is None else {"max_zone_displacement": greatest_displacement(stage)}),
         "most_compressive_stress": most_compressive,
         "most_tensile_stress": most_tensile,
         "blocks_of_unknown_stress": unknown,

@@ -73,7 +73,8 @@ def draw_displacement(sheet: Sheet) -> str | None:
     shown[scene.shown] = values
     remark = add_blocks(sheet, shown, f"displacement, {unit}", "viridis")
     _over(sheet)
-    return f"displacement of the blocks, greatest {engineering(greatest, 'm')}{remark}{add_excluded(sheet)}"
+    of = "displacement" if scene.stage.zones is None else "mean displacement"
+    return f"{of} of the blocks, greatest {engineering(greatest, 'm')}{remark}{add_excluded(sheet)}"
 
 
 def draw_sigma_1(sheet: Sheet) -> str | None:

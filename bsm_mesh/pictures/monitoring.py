@@ -12,7 +12,7 @@ from bsm_mesh.pictures.beside_marks import COLOURS, by_source
 from bsm_mesh.pictures.canvas import Sheet
 from bsm_mesh.pictures.figures import TEXT
 from bsm_mesh.pictures.marks import arrows
-from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.results.movement import displacement_at
 
 MOST_NAMED = 30  # points and lines; the names of more would touch
 PLACES = "#8a1c6c"
@@ -64,7 +64,7 @@ def vectors_beside(sheet: Sheet) -> dict[str, tuple[FloatArray, FloatArray]]:
     if vectors:
         points = np.unique(np.concatenate([points for points, _ in vectors.values()]), axis=0)
         block = np.array([blocks_at(scene.results.blocks, (x, y))[0] for x, y in points])
-        vectors[""] = points, displacement_of(scene.results.blocks, scene.stage.displacement, block, points)
+        vectors[""] = points, displacement_at(scene.results.blocks, scene.stage, block, points)
     return vectors
 
 

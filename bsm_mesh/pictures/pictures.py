@@ -60,7 +60,12 @@ from bsm_mesh.pictures.shaking_pictures import (
 )
 from bsm_mesh.pictures.sheets import new_sheet, scene_of
 from bsm_mesh.pictures.water_pictures import draw_water
-from bsm_mesh.pictures.zone_pictures import draw_zone_sigma_1, draw_zone_sigma_3, draw_zone_yielding
+from bsm_mesh.pictures.zone_pictures import (
+    draw_zone_displacement,
+    draw_zone_sigma_1,
+    draw_zone_sigma_3,
+    draw_zone_yielding,
+)
 from bsm_mesh.results.results import Results
 from bsm_mesh.text.headings import PICTURES_FOLDER, stage_heading, stage_number
 
@@ -88,6 +93,7 @@ PICTURES: dict[str, Callable[[Sheet], str | None]] = {
     "bolts_utilisation": draw_bolt_utilisation,
     "shaking_acceleration": draw_peak_acceleration,
     "shaking_displacement": draw_permanent,
+    "zones_displacement": draw_zone_displacement,
     "zones_sigma_1": draw_zone_sigma_1,
     "zones_sigma_3": draw_zone_sigma_3,
     "zones_yielding": draw_zone_yielding,

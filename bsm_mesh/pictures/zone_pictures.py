@@ -5,11 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.movements import lengths
 from bsm_mesh.pictures.canvas import Sheet, add_joints, add_outline, add_paper, limits, scaled
 from bsm_mesh.pictures.marks import add_excluded
 from bsm_mesh.results.stress import principal_stresses
 from bsm_mesh.results.zones import ZoneResult
 from bsm_mesh.text.tables import engineering
+
+
+def draw_zone_displacement(sheet: Sheet) -> str | None:
+    """Draw the zones by the magnitude of the mean displacement of their corners."""
+    zones = sheet.scene.stage.zones
+    if zones is None or not zones.displacement.any():
+        return None
+    chosen = np.flatnonzero(np.isin(zones.block, sheet.scene.shown))
+    size = lengths(zones.displacement[zones.cells[chosen, :3]].mean(axis=1))
+    values, unit = scaled(size, "m")
+    remark, gone = _draw(sheet, zones, chosen, values, f"displacement, {unit}")
+    greatest = engineering(float(lengths(zones.displacement[zones.cells[chosen]].reshape(-1, 2)).max(initial=0.0)), "m")
+    return f"displacement in {len(chosen)} zones, of a node up to {greatest}{remark}{gone}"
 
 
 def draw_zone_sigma_1(sheet: Sheet) -> str | None:

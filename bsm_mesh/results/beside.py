@@ -12,7 +12,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.beside import QUANTITIES, Beside, number_of
 from bsm_mesh.model.locate import pairs_at
 from bsm_mesh.results.histories import HistorySeries, Recorded
-from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.results.movement import displacement_at
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 
@@ -65,7 +65,7 @@ def _moved(results: Results, stage: StageResult, points: FloatArray) -> FloatArr
     row, found = row[stage.present[found]], found[stage.present[found]]
     block = np.full(len(points), -1)
     block[row[::-1]] = found[::-1]  # the first is written last
-    moved = displacement_of(results.blocks, stage.displacement, block, points)
+    moved = displacement_at(results.blocks, stage, block, points)
     moved[block < 0] = np.nan
     return moved
 

@@ -16,7 +16,7 @@ from bsm_mesh.model.histories import History
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.movements import lengths, translations, turns
 from bsm_mesh.results.joint_sets import faces_of_joints, joint_set
-from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.results.movement import displacement_at
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
@@ -178,8 +178,7 @@ def _of_points(
     results: Results, stage: StageResult, block: IntArray, point: FloatArray, *, as_line: bool
 ) -> list[float]:
     """Return the displacement of one point, or by how much the distances of all others from the first have grown."""
-    moved = displacement_of(results.blocks, stage.displacement, block, point)
-    moved[~stage.present[block]] = np.nan
+    moved = displacement_at(results.blocks, stage, block, point)
     if not as_line:
         return [float(part) for part in moved[0]]
     line, more = point[1:] - point[0], moved[1:] - moved[0]

@@ -117,6 +117,24 @@ def displacement_of(blocks: Blocks, displacement: FloatArray, block: IntArray, p
     return carried(point - blocks.moments.centroid[block], displacement[block])
 
 
+def displacement_at(blocks: Blocks, stage: StageResult, block: IntArray, point: FloatArray) -> FloatArray:
+    """Return the displacement of points (k, 2) of blocks (k,) at the end of a stage, by their zones if there are some.
+
+    Points are in the given geometry; the displacement counts as ``StageResult.displacement``. Blocks that are not there
+    give NaN.
+    """
+    zones = stage.zones
+    of_block = displacement_of(blocks, stage.displacement, block, point)
+    moved = of_block if zones is None else zones.displacement_at(block, point)
+    moved[~stage.present[block]] = np.nan
+    return moved
+
+
+def greatest_displacement(stage: StageResult) -> float:
+    """Return the greatest displacement of a node of zones [m], without zones of a centroid; of blocks that count."""
+    return stage.max_displacement if stage.zones is None else stage.zones.max_displacement(stage.counts)
+
+
 def as_given(blocks: Blocks, moved: FloatArray, block: IntArray, point: FloatArray) -> FloatArray:
     """Return where points (k, 2) [m] of moved blocks were in the given geometry; `moved` as in `displacement_of`."""
     centroid, own = blocks.moments.centroid[block], moved[block]

@@ -14,7 +14,7 @@ from bsm_mesh.errors import UnknownNameError, counted, named_stage, nearest, num
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space, refuse_space
 from bsm_mesh.reading import as_path
-from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.results.movement import greatest_displacement, verdict_in_words
 from bsm_mesh.results.records import StageResult, Status
 
 if TYPE_CHECKING:
@@ -128,7 +128,8 @@ class Results:
         lines = [f"{title}: {verdict} ({stage.reason})"]
         lines += [f"earlier stages: {earlier}"] if earlier else []
         there = counted(int(stage.present.sum()), "block")
-        lines.append(f"{named_stage(stage.name)}: {there}, greatest displacement {stage.max_displacement:.3g} m{down}")
+        most = greatest_displacement(stage)
+        lines.append(f"{named_stage(stage.name)}: {there}, greatest displacement {most:.3g} m{down}")
         lines += [f"not computed: {shortened(', '.join(self.not_computed))}"] if self.not_computed else []
         return "\n".join(lines)
 

@@ -12,7 +12,6 @@ from bsm_mesh.text.beside_tables import beside_lines
 from bsm_mesh.text.flow_text import FLOW_HEADER, flow_rows
 from bsm_mesh.text.tables import (
     SPREAD_HEADER,
-    STAGE_HEADER,
     describe,
     down_header,
     down_rows,
@@ -22,6 +21,7 @@ from bsm_mesh.text.tables import (
     joint_header,
     joint_rows,
     spread_rows,
+    stage_header,
     stage_rows,
 )
 
@@ -58,7 +58,7 @@ def tables_of(results: Results, *, verbose: bool = False) -> list[ResultTable]:
     reasons = [row[:-1] for row in fall_rows(results)]  # sentences, too long for a column: lines below
     notes = [of_stage(stage.name, note) for stage in results.stages for note in stage.notes]
     found = [
-        ResultTable(f"{title}: stages", STAGE_HEADER, stage_rows(results) if several else (), 2),
+        ResultTable(f"{title}: stages", stage_header(results), stage_rows(results) if several else (), 2),
         ResultTable(
             "Blocks that fell and were taken away", fall_header(results)[:-1], reasons, 2, fall_reasons(results)
         ),

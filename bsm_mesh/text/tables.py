@@ -13,7 +13,7 @@ from bsm_mesh.movements import distances, lengths, translations
 from bsm_mesh.results.bolts import BoltForces, BoltLimit, BoltStatus
 from bsm_mesh.results.joint_faces import AT_STRENGTH
 from bsm_mesh.results.joint_sets import ROCK_FACE, joint_sets
-from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.results.movement import greatest_displacement, verdict_in_words
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
@@ -193,10 +193,14 @@ def _weights(results: Results, stage: StageResult) -> FloatArray:
 
 def _greatest_displacement(results: Results, stage: StageResult) -> str:
     """Return the greatest displacement of the blocks that do not fall."""
-    size = distances(stage.displacement) * stage.counts
-    size[stage.unstable_blocks] = 0.0
+    rests = stage.counts
+    rests[stage.unstable_blocks] = False
+    size = distances(stage.displacement) * rests
     of = " (of the other blocks)" if stage.unstable_blocks.size else ""
-    return f"{engineering(float(size.max()), 'm')}{of}"
+    told = f"{engineering(float(size.max()), 'm')}{of}"
+    if stage.zones is None:
+        return told
+    return f"{engineering(stage.zones.max_displacement(rests), 'm')} at a node of the zones; mean of a block {told}"
 
 
 def _water_rows(results: Results, stage: StageResult) -> list[tuple[str, str]]:
@@ -294,6 +298,14 @@ def fall_reasons(results: Results) -> list[str]:
 STAGE_HEADER = ("stage", "verdict", "blocks", "in the stage", "displacement")
 
 
+ZONES_HEADER = ("stage", "verdict", "blocks", "in the stage, mean of a block", "displacement of a node")
+
+
+def stage_header(results: Results) -> tuple[str, ...]:
+    """Return the header of `stage_rows`."""
+    return STAGE_HEADER if results.stages[-1].zones is None else ZONES_HEADER
+
+
 def stage_rows(results: Results) -> list[tuple[str, ...]]:
     """Return what ``run`` prints of every stage."""
     return [
@@ -302,7 +314,7 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
             verdict_in_words(results.blocks, stage),
             str(int(stage.present.sum())),
             engineering(stage.max_stage_displacement, "m"),
-            engineering(stage.max_displacement, "m"),
+            engineering(greatest_displacement(stage), "m"),
         )
         for stage in results.stages
     ]

@@ -63,6 +63,7 @@ def test_every_picture_shows_something(results: Case) -> None:
         "joints_slip",
         "shaking_acceleration",
         "shaking_displacement",
+        "zones_displacement",
         "zones_sigma_1",
         "zones_sigma_3",
         "zones_yielding",

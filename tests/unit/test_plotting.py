@@ -76,7 +76,7 @@ def test_every_picture_of_the_command_is_one_of_a_script(results):
         "bolts_utilisation",
     }  # none recorded; no strength used
     nothing |= {"flow_head", "flow_discharge"}  # its water has a table
-    nothing |= {"zones_sigma_1", "zones_sigma_3", "zones_yielding"}  # its blocks are rigid
+    nothing |= {"zones_displacement", "zones_sigma_1", "zones_sigma_3", "zones_yielding"}  # its blocks are rigid
     nothing |= {"stereonet"}  # its blocks lie in the plane
     nothing |= {name for name in NAMES if name.startswith("shaking")}  # its stages are at rest
     assert all(results.plot(name).axes for name in NAMES if name not in nothing)

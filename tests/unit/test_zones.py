@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +17,10 @@ from bsm_mesh.certificate import verify_certificate
 from bsm_mesh.converters import compare
 from bsm_mesh.model.zones import Zones
 from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.results.movement import greatest_displacement
 from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.solve.zones.zone_mesh import zone_mesh
+from bsm_mesh.text.tables import describe, engineering
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import MODEL, ROCK
 
@@ -125,6 +129,40 @@ def test_pictures_of_zones_are_of_zones_only():
     rigid = [dataclasses.replace(GNEISS, zones=None), RIGID]
     with pytest.raises(bsm.ModelError, match="nothing to show"):
         bsm.run(wall(rocks=rigid)).plot("zones_sigma_1")
+
+
+@pytest.mark.parametrize(("order", "unit_weight"), [(1, 0.0), (2, 26e3)])
+def test_points_of_histories_move_with_their_zones(order: int, unit_weight: float, tmp_path: Path) -> None:
+    """A column of 2 m under pressure and its weight, without a Poisson effect: E v = -p y - w (h y - y^2 / 2)."""
+    rock = dataclasses.replace(GNEISS, unit_weight=unit_weight, poisson=0.0, zones=Zones(size=0.6, order=order))
+    heights, pressure, high = (2.0, 0.7, 1.3), 1e6, 2.0
+    blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 1, high)], rock="gneiss")
+    results = bsm.run(
+        bsm.Model(
+            blocks=blocks.with_boundary("bottom", lambda x, y: y < 1e-9).with_boundary("top", lambda x, y: y > 1.999),
+            rocks=[rock],
+            joints=[],
+            supports=[bsm.Fixed(boundary="bottom")],
+            loads=[bsm.Pressure(boundary="top", pressure=pressure)],
+            histories=[
+                *(bsm.History(name=f"y_{y}", point=(0.3, y)) for y in heights),
+                bsm.History(name="line", line=[(0.5, 0.0), (0.5, high)]),
+            ],
+        )
+    )
+    v = {y: -(pressure * y + unit_weight * (high * y - y**2 / 2)) / 1e9 for y in heights}
+    for y in heights:
+        assert results.histories[f"y_{y}"]["v"][-1] == pytest.approx(v[y], rel=1e-6)
+    assert results.histories["line"]["extension_1"][-1] == pytest.approx(v[high], rel=1e-6)
+    (stage,) = results.stages
+    assert greatest_displacement(stage) == pytest.approx(-v[high], rel=1e-6)
+    assert stage.max_displacement < 0.7 * greatest_displacement(stage)  # the mean of the block
+    told = dict(describe(results))["greatest displacement"]
+    assert told.startswith(f"{engineering(-v[high], 'm')} at a node of the zones; mean of a block ")
+    assert results.plot("zones_displacement").axes
+    results.save(tmp_path / "out")
+    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
+    assert summary["stages"][0]["max_zone_displacement"] == greatest_displacement(stage)
 
 
 def test_block_means_are_those_of_the_zones():
