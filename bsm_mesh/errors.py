@@ -232,6 +232,21 @@ def numbered(noun: str, ids: Iterable[int], most: int = 8) -> str:
     return f"{noun}{'s' * (len(numbers) > 1)} {listing(numbers, most)}"
 
 
+def crossing(reason: str) -> str:
+    """Return the fault of an outline that is no simple polygon, by the reason that GEOS gives.
+
+    Examples
+    --------
+    >>> crossing("Self-intersection[0 0.5]")
+    'is no simple polygon: it crosses or touches itself at (0, 0.5); give its corners in their order round it'
+    """
+    kind, _, at = reason.rstrip("]").partition("[")
+    if "elf-intersection" not in kind:
+        return f"is no simple polygon: {reason}"
+    where = place(float(value) for value in at.split())
+    return f"is no simple polygon: it crosses or touches itself at {where}; give its corners in their order round it"
+
+
 def place(point: Iterable[float]) -> str:
     """Return ``"(x, y)"`` in six digits, or to the millimetre where that takes more (on a national grid), up to 15.
 

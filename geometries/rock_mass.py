@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from bsm_mesh.errors import crossing
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray, Joints, Points
 
@@ -202,5 +203,5 @@ def outline_fault(outline: Points) -> str | None:
         return "the outline needs three or more points (x, y) of finite numbers"
     polygon = shapely.Polygon(corners)
     if not polygon.is_valid or polygon.area <= 0:
-        return f"the outline is no simple polygon: {shapely.is_valid_reason(polygon)}"
+        return f"the outline {crossing(shapely.is_valid_reason(polygon))}"
     return None

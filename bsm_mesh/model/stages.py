@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, ReadOnlyMapping
-from bsm_mesh.errors import ModelError, as_given, listing, nearest, raise_faults
+from bsm_mesh.errors import ModelError, as_given, crossing, listing, nearest, raise_faults
 from bsm_mesh.model.flow import FlowChange
 from bsm_mesh.model.kinds import AnyBlocks, in_space
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
@@ -191,9 +191,13 @@ def blocks_in(region: Region, blocks: AnyBlocks) -> BoolArray:
     elif in_space(blocks):
         fault = "a polygon is for blocks in the plane; give the name of an excavation, or block numbers"
     else:
-        found = shapely.contains_xy(shapely.make_valid(shapely.Polygon(region)), *blocks.moments.centroid.T)
-        if not found.any():
-            fault = f"no block has its centroid in the polygon from ({region[0][0]:g}, {region[0][1]:g})"
+        polygon, which = shapely.Polygon(region), f"the polygon from ({region[0][0]:g}, {region[0][1]:g})"
+        if polygon.is_valid:
+            found = shapely.contains_xy(polygon, *blocks.moments.centroid.T)
+        else:
+            fault = f"{which} {crossing(shapely.is_valid_reason(polygon))}"
+        if not (fault or found.any()):
+            fault = f"no block has its centroid in {which}"
     raise_faults([fault] if fault else [])
     return found
 

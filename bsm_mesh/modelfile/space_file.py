@@ -240,6 +240,7 @@ def _joint_plane(table: JointPlaneTable) -> JointPlane:
 
 
 def _excavation(table: BodyTable, reach: Reach) -> Excavation:
+    from bsm_mesh.geometries.errors import GeometryError
     from bsm_mesh.geometries.orientations import line_directions
     from bsm_mesh.geometries.three_d import Excavation, prism
 
@@ -257,13 +258,16 @@ def _excavation(table: BodyTable, reach: Reach) -> Excavation:
     if table.start is not None and table.end is not None:
         along = line_directions(np.array([table.axis.trend]), np.array([table.axis.plunge]))[0]
         origin, length = origin + table.start * along, table.end - table.start
-    body = prism(
-        given[0],
-        trend=table.axis.trend,
-        plunge=table.axis.plunge,
-        origin=tuple(origin.tolist()),
-        length=length,
-    )
+    try:
+        body = prism(
+            given[0],
+            trend=table.axis.trend,
+            plunge=table.axis.plunge,
+            origin=tuple(origin.tolist()),
+            length=length,
+        )
+    except GeometryError as error:
+        raise ModelError(f"{thing}: {error}") from error
     return Excavation(body=body, name=table.name)
 
 

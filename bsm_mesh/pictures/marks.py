@@ -14,7 +14,7 @@ from bsm_mesh.pictures.canvas import BOLTS, FALLS, WATER, Sheet, middle
 from bsm_mesh.pictures.figures import TEXT
 from bsm_mesh.pictures.scene import Scene
 from bsm_mesh.results.bolts import BoltStatus
-from bsm_mesh.text.tables import engineering
+from bsm_mesh.text.tables import engineering, weights
 
 MOST_RINGS = 6  # groups of blocks that are ringed and named: the largest
 MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in the visible part, were they spread over all of it
@@ -183,11 +183,8 @@ def _together(centre: FloatArray, radius: FloatArray) -> list[BoolArray]:
 
 
 def _weight(scene: Scene) -> FloatArray:
-    """Return the weight of every block as a size, (n,) [N/m], in space [N]."""
-    evidence = scene.stage.evidence
-    if evidence is None:
-        return np.zeros(scene.results.blocks.count)
-    weight = lengths(evidence.weight)
+    """Return the weight of every block, (n,) [N/m], in space [N]."""
+    weight = weights(scene.results, scene.stage)
     for fall in scene.stage.falls:  # they are there no more
         weight[fall.block] = fall.weight
     return weight

@@ -176,7 +176,7 @@ def falling(results: Results, stage: StageResult) -> str:
     """Return the blocks that fall at the end of a stage: number, weight, area (in space: volume), share."""
     down, bulk, unit = stage.unstable_blocks, results.blocks.moments.bulk, results.blocks.bulk_unit
     fallen = float(bulk[down].sum())
-    weight = float(_weights(results, stage)[down].sum())
+    weight = float(weights(results, stage)[down].sum())
     told = [
         counted(len(down), "block"),
         f"{fallen:.3g} {unit} ({100 * fallen / float(bulk[stage.present].sum()):.2g} % of all)",
@@ -184,10 +184,17 @@ def falling(results: Results, stage: StageResult) -> str:
     return ", ".join([*told, *([engineering(weight, results.blocks.force_unit)] if weight else [])])
 
 
-def _weights(results: Results, stage: StageResult) -> FloatArray:
-    """Return the weight of every block (n,), with an earthquake's part; zeros where it is not known."""
-    if stage.evidence is not None:
-        return lengths(stage.evidence.weight)
+def weights(results: Results, stage: StageResult) -> FloatArray:
+    """Return the weight of every block (n,) [N/m], in space [N]; zeros where it is unknown.
+
+    An earthquake's part is left out; results of a former version include it.
+    """
+    evidence = stage.evidence
+    if evidence is not None and evidence.unit_weight is not None:
+        found: FloatArray = evidence.unit_weight * results.blocks.moments.bulk
+        return found
+    if evidence is not None:
+        return lengths(evidence.weight)
     return np.zeros(results.blocks.count) if results.model is None else results.model.weights
 
 
@@ -243,7 +250,7 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
     centroid, bulk = blocks.moments.centroid, blocks.moments.bulk
     down = stage.unstable_blocks[np.argsort(-bulk[stage.unstable_blocks], kind="stable")]
     whole = float(bulk[stage.present].sum())
-    weight, moved = _weights(results, stage), distances(stage.displacement)
+    weight, moved = weights(results, stage), distances(stage.displacement)
     return [
         (
             str(block),

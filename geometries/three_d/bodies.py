@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.errors import crossing
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.orientations import line_directions, upward_normals
 from bsm_mesh.geometries.parameters import Checks
@@ -190,7 +191,7 @@ def _convex_parts(profile: FloatArray) -> list[FloatArray]:
 
     polygon = shapely.Polygon(profile)
     if not polygon.is_valid or polygon.area <= 0:
-        raise GeometryError(f"prism: the profile is no simple polygon: {shapely.is_valid_reason(polygon)}")
+        raise GeometryError(f"prism: the profile {crossing(shapely.is_valid_reason(polygon))}")
     polygon = shapely.remove_repeated_points(polygon)
     if polygon.convex_hull.area <= polygon.area * (1 + 1e-12):
         parts = [polygon.convex_hull]

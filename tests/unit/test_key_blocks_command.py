@@ -247,7 +247,11 @@ def test_every_number_of_the_file_has_a_range() -> None:
         ("to = 5", "", "from and to go together"),
         ("polygon = [[-5, 0], [5, 0], [5, 2], [-5, 2]]", "", "give one of polygon and profile"),
         ("from = -5\nto = 5", "from = 40\nto = 50", "excavation 'cavern': there is no rock in it"),
-        ("[5, 2], [-5, 2]]", "[-5, 2], [5, 2]]", "the profile is no simple polygon"),
+        (
+            "[5, 2], [-5, 2]]",
+            "[-5, 2], [5, 2]]",
+            "'cavern': prism: the profile is no simple polygon: it crosses",
+        ),
         (
             "[rock.gneiss]",
             "[rock.a]\nunit_weight = 1\n[rock.gneiss]",

@@ -42,6 +42,10 @@ def tower(stages=(), columns=2, rows=3, **more):
         ([bsm.Stage(name="a", excavate=["tpo"])], ["stage 'a'", "no excavation 'tpo'", "did you mean 'top'"]),
         ([bsm.Stage(name="a", excavate=[6])], ["no block 6", "0 to 5"]),
         ([bsm.Stage(name="a", excavate=[((5, 5), (6, 5), (6, 6))])], ["no block has its centroid", "(5, 5)"]),
+        (
+            [bsm.Stage(name="a", excavate=[((0, 0), (3, 2), (3, 0), (0, 2))])],
+            ["stage 'a': excavate: the polygon from (0, 0)", "crosses or touches itself at (1.5, 1)", "in their order"],
+        ),
         ([bsm.Stage(name="a", excavate=["top"]), bsm.Stage(name="b", excavate=["top"])], ["'b'", "gone already"]),
         ([bsm.Stage(name="a", fill=["top"])], ["stage 'a'", "fill", "there already"]),
         ([bsm.Stage(name="a", excavate=range(6))], ["leaves no block", "excavate less"]),

@@ -20,6 +20,7 @@ from bsm_mesh.text.tables import (
     falling,
     print_table,
     stage_rows,
+    weights,
 )
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
@@ -47,6 +48,18 @@ def test_what_comes_down_is_told_with_place_area_weight_and_part(falls: bsm.resu
     assert [row[3] for row in rows] == [f"{weight[b] / 1e3:.4g} kN/m" for b in (2, 3)]
     assert [row[4] for row in rows] == ["7.5 %", "1.9 %"]  # of 13.25 m2
     assert falling(falls, stage).startswith("2 blocks, 1.25 m2 (9.4 % of all), ")
+
+
+def test_the_weight_of_a_block_is_without_an_earthquake(falls: bsm.results.Results) -> None:
+    """Weights, in tables and pictures, are unit weight times area, whatever pulls besides."""
+    quake = bsm.Stage(name="quake", gravity=(0.3, -0.2))
+    shaken = bsm.run(falls.model.replace(stages=[quake], gravity_horizontal=0.1), falls.options)
+    calm = falls.model.weights
+    for number in range(len(shaken.stages)):
+        assert weights(shaken, shaken.stages[number]) == pytest.approx(calm)
+    assert [row[3] for row in down_rows(shaken)] == [row[3] for row in down_rows(falls)]
+    told = "".join(text.get_text() for axes in shaken.plot("final_position").axes for text in axes.texts)
+    assert f"1 m2, {engineering(float(calm[2]), 'N/m')}" in told
 
 
 def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.results.Results) -> None:
