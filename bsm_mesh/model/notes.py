@@ -20,6 +20,7 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import Load
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.open_water import ground_line, of_sloping_open_water
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.overburden import of_field_and_weights, of_overburden
 from bsm_mesh.model.quantities import GRAVITY_PART, STRENGTH_FACTOR, STRESS_RATIO, quantities_of
@@ -68,6 +69,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_field_and_weights(model),
         *_of_levels(model),
         *of_water_on_excavations(model),
+        *of_sloping_open_water(model, ground_line),
         *of_stages(model),
         *of_idle_options(model.options),
         *(() if fails else _of_strength_that_does_not_matter(model)),

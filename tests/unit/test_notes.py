@@ -222,6 +222,20 @@ def test_water_above_excavated_surfaces() -> None:
     assert not notes_of(PLAIN.replace(water=bsm.Water(table=[(0, 1)]), stages=[dug]))
 
 
+def test_water_that_slopes_above_the_ground() -> None:
+    """Open water is level: a table that slopes is groundwater, and lies in the ground."""
+    top = float(PLAIN.blocks.vertices[:, 1].max())
+    left, right = PLAIN.blocks.extent
+    rising = bsm.Water(table=[(left, top - 0.5), (right, top + 0.5)])
+    (note,) = notes_of(PLAIN.replace(water=rising))
+    assert note.startswith("water: the table slopes and lies up to 0.499 m above the ground, most at (")
+    assert note.endswith("Lower the table to the ground, or make it level there")
+    later = PLAIN.replace(stages=[bsm.Stage(name="rain", water=rising)])
+    assert notes_of(later) == [f"stage 'rain': {note}"]
+    assert not notes_of(PLAIN.replace(water=bsm.Water(table=[(left, top + 0.5)])))
+    assert not notes_of(PLAIN.replace(water=bsm.Water(table=[(left, top - 0.5), (right, top)])))
+
+
 def test_faces_without_strength() -> None:
     """Two of the four faces carry the joint; T-junctions count too."""
     elastic = bsm.Rock("rock", unit_weight=26e3, young=1e10, poisson=0.2)

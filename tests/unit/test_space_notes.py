@@ -65,3 +65,14 @@ def test_faces_of_rock_without_a_joint_are_counted_where_nothing_limits_them() -
         for each, given in ((rock, {}), (strong, {}), (rock, {"joints": [ELASTIC], "default_joint": "J1"}))
     ]
     assert noted == [True, False, False]
+
+
+def test_a_plane_of_water_that_slopes_above_the_ground() -> None:
+    """The middle of the top lies at 2 m; level water above it is a lake."""
+    plane = bsm.HeadPlane(point=(0.5, 0.5, 2.25), dip=10, dip_direction=90)
+    (note,) = [note for note in notes_of(column(water=bsm.Water(plane=plane))) if "slopes" in note]
+    says = "water: the plane slopes and lies up to 0.25 m above the ground, most at (0.5, 0.5, 2): it presses there"
+    assert note.startswith(says)
+    level, lower = (bsm.HeadPlane(point=(0.5, 0.5, z), dip=dip, dip_direction=90) for z, dip in ((2.25, 0), (2.0, 10)))
+    for fine in (level, lower):
+        assert not [note for note in notes_of(column(water=bsm.Water(plane=fine))) if "slopes" in note]

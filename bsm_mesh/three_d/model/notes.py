@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import nearest
 from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faint_strength import of_faint_strength
@@ -22,13 +23,16 @@ from bsm_mesh.model.notes import (
     of_weights,
     of_what_is_held,
 )
+from bsm_mesh.model.open_water import of_sloping_open_water
 from bsm_mesh.model.overburden import LEAST, of_blocks_above, of_field_and_weights
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.unused import of_single_bolts, used_rocks
+from bsm_mesh.three_d.blocks.polygons import vector_areas
 
 if TYPE_CHECKING:
     from bsm_mesh.model.materials import Joint
     from bsm_mesh.model.model import Model
+    from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 
 def notes_in_space(model: Model) -> list[str]:
@@ -48,6 +52,7 @@ def notes_in_space(model: Model) -> list[str]:
         *of_faint_strength(model, rocks, joints),
         *_of_water(model),
         *of_water_on_excavations(model),
+        *of_sloping_open_water(model, _ground),
         *of_blocks_above(model),
         *_of_overburden(model),
         *of_field_and_weights(model),
@@ -83,6 +88,15 @@ def _of_water(model: Model) -> Iterator[str]:
             yield f"{place}: the plane lies {depth.min():.6g} m above the top of the model (z = {high:.6g} m)"
         if depth.max() < 0:
             yield f"{place}: the plane lies below all blocks (the lowest point of the model is at z = {low:.6g} m)"
+
+
+def _ground(blocks: Polyhedra) -> FloatArray:
+    """Return the middles of outer faces that look upwards, (k, 3) [m]."""
+    corners, offsets, outer = blocks.vertices[blocks.face_vertices], blocks.face_offsets, blocks.outer_faces
+    middle = np.add.reduceat(corners, offsets[:-1]) / np.diff(offsets)[:, None]
+    up = vector_areas(corners, offsets)[:, 2] > 0
+    found: FloatArray = middle[outer[up[outer]]]
+    return found
 
 
 def _of_overburden(model: Model) -> Iterator[str]:
