@@ -186,7 +186,7 @@ install_project() { # $1: extras, with commas between; "" for none. What is ther
     rm -f "$stamp"
     say "installing bsm-mesh and what it needs into $(basename "$venv") (${constraints:-newest versions}); a minute or a few, once"
     if ! {
-        pip_install setuptools && pip_install --no-build-isolation -e "$root${what:+[$what]}"
+        pip_install --upgrade setuptools && pip_install --no-build-isolation -e "$root${what:+[$what]}"
     }; then
         if [ "$(uname -s)" = Linux ] && [ "$(uname -m)" != x86_64 ]; then
             say "Gmsh publishes no wheel for Linux on $(uname -m): docs/installation.md says what can be done."
