@@ -145,5 +145,7 @@ def left_out(model: Model, said: Collection[str] = ()) -> list[str]:
 
 def _is_plain(joint: Joint) -> bool:
     law = joint.law
+    if isinstance(law, Patton):  # without asperities its two lines are one
+        return law.dilation == 0 and law.residual_friction in (None, law.friction)
     plain = isinstance(law, MohrCoulomb) and law.residual_friction is None and law.residual_cohesion is None
     return plain or isinstance(law, Elastic)

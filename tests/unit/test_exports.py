@@ -248,3 +248,20 @@ def test_others_find_the_forces_of_an_arch(tmp_path: Path, program: str, package
         assert_allclose(np.column_stack([x, y]), model.blocks.vertices)
         size = np.hypot(*moved)
         assert size[np.isin(block, [9, 10])].max() < 1e-9 < size.max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("law", "left"),
+    [
+        (bsm.Patton(friction=30), False),  # the law of a joint with friction alone
+        (bsm.Patton(friction=30, residual_friction=30), False),
+        (bsm.Patton(friction=30, dilation=10, cohesion=1e5), True),
+        (bsm.MohrCoulomb(friction=30, cohesion=1e5), False),
+        (bsm.MohrCoulomb(friction=30, cohesion=1e5, residual_cohesion=0), True),
+    ],
+)
+def test_a_law_of_friction_and_cohesion_is_exported_as_a_whole(law: object, left: bool, tmp_path: Path) -> None:
+    model = model_of([SQUARE, rectangle(0, 1, 1, 2)])
+    joint = dataclasses.replace(model.joints[0], law=law)
+    remarks = export(model.replace(joints=[joint, *model.joints[1:]]), "udec", tmp_path / "a.dat")
+    assert any("beyond friction and cohesion" in remark for remark in remarks) == left
