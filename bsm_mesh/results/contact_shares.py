@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import Faces
 from bsm_mesh.movements import turned
-from bsm_mesh.results.movement import as_given
+from bsm_mesh.results.movement import as_given, displacement_of
 from bsm_mesh.results.records import ContactForces
 
 PARALLEL = 0.1  # sine: edges within 6 degrees lie along each other, as in the contact rules
@@ -25,7 +25,10 @@ class Shares:
     Attributes
     ----------
     first, last : (m, 2) float64 [m]
-        Its ends, along `direction`; one of them is the contact's point, but for a corner in the middle of a face.
+        Its ends, along `direction`; one of them is the contact's point, but for a corner in the middle of a face. They
+        are in the given geometry of block a.
+    frames : ((m, 2), (m, 2)) of two pairs of float64 [m]
+        Both ends in the given geometry of the pair's lower block, and in that of the higher one.
     direction : (m, 2) float64
         Unit vector along the face.
     side : (m,) int8
@@ -34,6 +37,7 @@ class Shares:
 
     first: FloatArray
     last: FloatArray
+    frames: tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
     direction: FloatArray
     side: IntArray
 
@@ -62,16 +66,27 @@ def shares_of_contacts(blocks: Blocks, contacts: ContactForces, moved: FloatArra
     point, direction = _in_block(blocks, contacts, moved, contacts.block_a)
     other, in_row = _others_in_rows(contacts, in_rows)
     side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
+    ahead = (side + 1) / 2
     if not in_row.all():
-        side = np.where(in_row, side, _sides(blocks, contacts, moved))
-    first = point + ((side - 1) / 2 * contacts.length)[:, None] * direction
-    last = point + ((side + 1) / 2 * contacts.length)[:, None] * direction
+        side, ahead = (np.where(in_row, *of) for of in zip((side, ahead), _sides(blocks, contacts, moved), strict=True))
+    first = point + ((ahead - 1) * contacts.length)[:, None] * direction
+    last = point + (ahead * contacts.length)[:, None] * direction
     if in_rows == 2:
         middle = (point[other] + point) / 2
         outer = middle - (side * contacts.length)[:, None] * direction
         inner = [np.where((side == s)[:, None], outer, middle) for s in (1, -1)]
         first, last = (np.where(in_row[:, None], *of) for of in zip(inner, (first, last), strict=True))
-    return Shares(first=first, last=last, direction=direction, side=side)
+    first_b, last_b = (_in_b(blocks, contacts, moved, end) for end in (first, last))
+    lower = (contacts.block_a < contacts.block_b)[:, None]
+    low = np.where(lower, first, first_b), np.where(lower, last, last_b)
+    high = np.where(lower, first_b, first), np.where(lower, last_b, last)
+    return Shares(first=first, last=last, frames=(low, high), direction=direction, side=side)
+
+
+def _in_b(blocks: Blocks, contacts: ContactForces, moved: FloatArray, point: FloatArray) -> FloatArray:
+    """Return points (m, 2) of blocks a in the given geometry of blocks b, where both are now."""
+    at = point + displacement_of(blocks, moved, contacts.block_a, point)
+    return as_given(blocks, moved, contacts.block_b, at)
 
 
 def _others_in_rows(contacts: ContactForces, in_rows: int) -> tuple[IntArray, BoolArray]:
@@ -101,28 +116,33 @@ def _in_block(
     return point, turned(contacts.normal * sign[:, None], np.pi / 2 - moved[block, 2])
 
 
-def _sides(blocks: Blocks, contacts: ContactForces, moved: FloatArray) -> IntArray:
-    """Return to which side of its corner each contact's face lies, (m,) int8: where the block has a parallel edge.
+def _sides(blocks: Blocks, contacts: ContactForces, moved: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return to which side of its corner each contact's face lies, and the part of it ahead of the corner, (m,) each.
 
-    At a corner in the middle of a straight edge there are faces to both sides: of two contacts each has one. A single
-    contact there has the side on which the other block has its face, or both.
+    It lies where the block has a parallel edge. At a corner in the middle of a straight edge there are faces to both
+    sides: of two contacts each has one. A single contact there reaches half as far as both blocks do.
     """
     if not len(contacts.length):
-        return np.zeros(0, np.int8)
+        return np.zeros(0, np.int8), np.zeros(0)
     corner, _, reach = _reaches(blocks, contacts, moved, contacts.block_a)
     side = np.sign(np.sign(reach[1]) - np.sign(reach[0]))
     flat = np.flatnonzero((reach > 0).all(axis=0))
     pair = _pair(contacts.block_a, contacts.block_b)
     flat = flat[np.lexsort((contacts.length[flat], corner[flat], pair[flat]))]
     _, offset, of_b = _reaches(blocks, contacts, moved, contacts.block_b)
-    ends = (of_b + np.stack([-offset, offset]))[:, flat] <= JOINED * contacts.length[flat] / 2
+    common = np.minimum(reach, np.maximum(of_b + np.stack([-offset, offset]), 0.0))[:, flat]
+    ends = common <= JOINED * contacts.length[flat] / 2
     side[flat] = ends[0].astype(int) - ends[1]
+    single = common.sum(axis=0) > 0
+    ahead = (side + 1) / 2
+    ahead[flat[single]] = (common[1] / np.where(single, common.sum(axis=0), 1.0))[single]
     shorter, longer = flat[:-1], flat[1:]
     two = (corner[shorter] == corner[longer]) & (pair[shorter] == pair[longer])
     ahead_of_longer = np.where(reach[1] >= reach[0], 1, -1)[longer[two]]
     side[longer[two]], side[shorter[two]] = ahead_of_longer, -ahead_of_longer
-    sides: IntArray = side.astype(np.int8)
-    return sides
+    for row in (longer[two], shorter[two]):
+        ahead[row] = (side[row] + 1) / 2
+    return side.astype(np.int8), ahead
 
 
 def _reaches(
@@ -174,7 +194,21 @@ class Cover:
 
 
 def cover_of(blocks: Blocks, given: Faces, contacts: ContactForces, shares: Shares) -> Cover:
-    """Return how contacts cover the given faces."""
+    """Return how contacts cover the given faces: as the lower block of a pair shows it, or the higher one if more.
+
+    A block that slid over a longer face of the other one is covered as before; the other one is covered less.
+    """
+    low, high = (_cover(blocks, given, contacts, *ends) for ends in shares.frames)
+    more = high.length > low.length
+    return Cover(
+        face=np.where(low.face >= 0, low.face, high.face),
+        length=np.where(more, high.length, low.length),
+        middle=np.where(more[:, None], high.middle, low.middle),
+    )
+
+
+def _cover(blocks: Blocks, given: Faces, contacts: ContactForces, first: FloatArray, last: FloatArray) -> Cover:
+    """Return how shares with the ends given, (m, 2) each, cover the given faces."""
     of_face = _pair(blocks.owner[given.edge_a], blocks.owner[given.edge_b])
     order = np.argsort(of_face, kind="stable")
     pair, count = _pair(contacts.block_a, contacts.block_b), len(of_face)
@@ -184,9 +218,9 @@ def cover_of(blocks: Blocks, given: Faces, contacts: ContactForces, shares: Shar
     start, along = given.start[face], (given.end - given.start)[face]
     length = np.hypot(*along.T)
     unit = along / length[:, None]
-    one, other = (((ends[row] - start) * unit).sum(axis=1) for ends in (shares.first, shares.last))
+    one, other = (((ends[row] - start) * unit).sum(axis=1) for ends in (first, last))
     begin, end = np.maximum(np.minimum(one, other), 0), np.minimum(np.maximum(one, other), length)
-    beside = np.abs(_cross(unit, shares.centre[row] - start)) > BESIDE * length
+    beside = np.abs(_cross(unit, (first + last)[row] / 2 - start)) > BESIDE * length
     covered = np.where(beside, 0.0, np.maximum(end - begin, 0.0))
     found = np.full(len(pair), -1)
     if len(row):

@@ -18,6 +18,7 @@ from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.results import Results
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.results.records import ContactStatus
 from tests.scenes import models, shapes
 from tests.unit.test_run_writer import staged
 from tests.unit.test_snapshots import pushed
@@ -73,6 +74,25 @@ def test_a_block_on_a_base_with_corners_at_its_ends() -> None:
     assert faces.open.tolist() == [0.0]
     (joint,) = joint_sets(results, results.stages[-1])
     assert joint.length == pytest.approx(1.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("corner", [0.7, 1.1, 1.5, 1.9])
+def test_a_block_that_slid_over_a_corner_of_its_base(corner: float) -> None:
+    """From 0.5 m to the wall its face is 1 m long and has the state of its contacts, wherever the base has a corner."""
+    model = pushed()
+    base = [(0, -1), (4, -1), (4, 0), (corner, 0), (0, 0)]
+    polygons = [base, *(model.blocks.polygon(block) for block in (1, 2))]
+    results = bsm.run(model.replace(blocks=bsm.Blocks.from_polygons(polygons, rock="rock")), MOVING)
+    faces, rows, contacts = (
+        joint_faces(results, results.stages[0]),
+        rows_between(results, 0, 1),
+        results.stages[0].contacts,
+    )
+    under = np.maximum(contacts.block_a, contacts.block_b) == 1
+    is_open = contacts.status[under] == ContactStatus.OPEN
+    assert faces.length[rows].sum() == pytest.approx(1.0, rel=1e-3)
+    assert (faces.length * faces.open)[rows].sum() == pytest.approx(contacts.length[under][is_open].sum(), abs=1e-3)
+    assert (faces.length * faces.pressure)[rows].sum() == pytest.approx(-contacts.normal_force[under].sum())
 
 
 def test_a_face_that_slid(slid: Results) -> None:
