@@ -149,13 +149,24 @@ def test_forces_by_which_rock_vibrates_do_not_drag_a_block_that_slides():
     velocity, forces, room = np.ones((3, 3)), np.zeros((3, 3)), np.zeros((1, 5))
     forces[:, 0] = 6.0, -6.0, 6.0
     inverse = np.repeat([[1.0], [1 / 3], [1.0]], 3, axis=1)
-    damping = (0.5, np.array([0, 0, -1], dtype=np.int32), room)
+    damping = (0.5, 0.5, np.array([0, 0, -1], dtype=np.int32), room)
     zone_kernels._damp(damping, inverse, velocity, np.zeros((3, 3)), forces)
     assert_allclose(forces[:2, 0].sum(), 0.0, atol=1e-12)
     assert_allclose(forces[2, 0], 3.0)
     forces[:, 0] = 2.0, 6.0, 0.0  # of a motion as a whole
     zone_kernels._damp(damping, inverse, velocity, np.zeros((3, 3)), forces)
     assert_allclose(forces[:, 0], (1.0, 3.0, 0.0))
+
+
+def test_vibrations_of_rock_are_damped_where_a_piece_of_it_is_hardly():
+    """Two nodes of a piece: they vibrate against each other, and slide together."""
+    velocity, forces, inverse = np.zeros((2, 3)), np.zeros((2, 3)), np.ones((2, 3))
+    velocity[:, 0], velocity[:, 1] = (1.0, -1.0), 1.0
+    forces[:, 0], forces[:, 1] = (6.0, -6.0), 10.0
+    damping = (0.02, 0.5, np.zeros(2, dtype=np.int32), np.zeros((1, 5)))
+    zone_kernels._damp(damping, inverse, velocity, np.zeros((2, 3)), forces)
+    assert_allclose(forces[:, 0], (3.0, -3.0))
+    assert_allclose(forces[:, 1], 9.8)
 
 
 def test_masses_of_held_ground_do_not_decide_how_fast_a_block_moves():

@@ -15,7 +15,7 @@ import numpy as np
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray
 from bsm_mesh.model.base_motion import GRAVITY, BaseMotion
 from bsm_mesh.model.shaking import Shaking
-from bsm_mesh.solve.motion.following import FREE
+from bsm_mesh.solve.motion.following import DAMPED, FREE
 from bsm_mesh.solve.motion.shaken_kernels import BASE, BOLTS, DRAG, SPEED
 from bsm_mesh.solve.motion.shaking_memory import SUMS, ShakingMemory
 from bsm_mesh.solve.zones.equilibrium import Equations
@@ -82,7 +82,7 @@ class ShakenZones:
     diverged : bool
         Whether nodes are nowhere any more.
     damping : float
-        Part of each force that acts against the velocity.
+        Part of the force on a piece of rock that acts against its velocity; 0: vibrations are not damped either.
     touched : (k, 2) int
         Blocks at points that were closed at any time in the last `go_on`.
     is_over : bool
@@ -203,7 +203,7 @@ class ShakenZones:
             rock.bolts(self.equations, self.at),
             (rock.on_nodes(self.equations.load_at(self.at.u)), self._axis * mass, cycles.base),
             np.repeat(inverse, 3, axis=1),
-            (self.damping, *rock.pieces),
+            (self.damping, DAMPED.damping, *rock.pieces),
             velocity,
             moved,
             room,

@@ -55,7 +55,7 @@ def shaken_through(motion: ShakenZones, shaking: Shaking, watch: Callable[[Shake
 def come_to_rest(of: Continuum, motion: ShakenZones, present: BoolArray) -> tuple[str, Fall | None]:
     """Follow zones after the record until they are near rest; return why they are not, and blocks that move on.
 
-    Blocks that slide on are hardly damped, as rigid blocks are; vibrations without slip are. Nothing and None: at rest.
+    Blocks that slide on are hardly damped, as rigid blocks are; all motion without slip is. Nothing and None: at rest.
     """
     end = motion.memory
     least = SINGLE * (abs(end.springs) or end.greatest_energy)  # of those that nothing loads before the shaking

@@ -52,7 +52,7 @@ def advance_zones(
     bolts: Spread,
     loads: tuple[FloatArray, FloatArray, FloatArray],
     inverse_mass: FloatArray,
-    damping: tuple[float, IntArray, FloatArray],
+    damping: tuple[float, float, IntArray, FloatArray],
     velocity: FloatArray,
     moved: FloatArray,
     room: FloatArray,
@@ -72,8 +72,8 @@ def advance_zones(
         See above; laws as of contacts. They carry on their state.
     loads : acting (k, 3), pushed (k, 3), size (cycles,)
         Constant forces; less the others times their size in a cycle.
-    inverse_mass : (k, 3) float64; damping : part, pieces (k,), room (p, 5)
-        Over the square of a cycle; part of forces against the velocity (Cundall 1987), piece of every node, -1: none.
+    inverse_mass : (k, 3) float64; damping : part, of vibrations, pieces (k,), room (p, 5)
+        Over the square of a cycle; parts of forces against the velocity (Cundall 1987), piece of every node, -1: none.
     velocity : (k, 3) float64 [m]
         Movement in a cycle; it changes in place.
     moved, room : (2, k, 3) float64
@@ -255,7 +255,7 @@ def _set_bolts(here: FloatArray, bolts: Spread, forces: FloatArray) -> None:  # 
 
 @njit(nogil=True)
 def _damp(
-    damping: tuple[float, IntArray, FloatArray],
+    damping: tuple[float, float, IntArray, FloatArray],
     inverse_mass: FloatArray,
     velocity: FloatArray,
     bolts: FloatArray,
@@ -263,20 +263,23 @@ def _damp(
 ) -> None:  # pragma: no cover - compiled
     """Let a part of each force (k, 3), with that of bolts (k, 3), act against the velocity.
 
-    A piece of rock that slides is damped by the force on all of it. Forces that let it vibrate would drag it to a stop.
+    A piece of rock that slides is damped by the force on all of it. Forces that let it vibrate would drag it to a stop;
+    another part of them damps these vibrations.
     """
-    part, piece, whole = damping
+    part, of_vibrations, piece, whole = damping
     if part == 0.0:
         return
     _set_whole(piece, inverse_mass, velocity, bolts, forces, whole)
     for i in range(forces.shape[0]):
         p = piece[i]
         for axis in range(2):
-            force, speed, of_whole, drift = forces[i, axis] + bolts[i, axis], velocity[i, axis], 0.0, 0.0
+            force, speed = forces[i, axis] + bolts[i, axis], velocity[i, axis]
+            of_whole, drift = force, speed
             if p >= 0:
                 of_whole = whole[p, 1 + axis] / (inverse_mass[i, axis] * whole[p, 0])
                 drift = whole[p, 3 + axis] / whole[p, 0]
-            forces[i, axis] -= part * (_along(force - of_whole, speed - drift) + _along(of_whole, drift))
+            vibrates = _along(force - of_whole, speed - drift)
+            forces[i, axis] -= part * _along(of_whole, drift) + of_vibrations * vibrates
 
 
 @njit(nogil=True)
