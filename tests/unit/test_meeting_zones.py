@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -10,6 +12,7 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.zones.moved_supports import slid_on
 from bsm_mesh.solve.zones.supports import nodal_unknowns
 from tests.scenes import meeting_zones as scenes
+from tests.scenes.kinked_plane import KinkedPlane
 from tests.scenes.shaken_zones import unwatched
 from tests.scenes.shapes import rectangle, turned
 
@@ -148,6 +151,19 @@ def test_a_corner_below_an_edge_whose_ends_lie_on_two_blocks_carries_where_it_st
     assert not carries(level, (2.0, 0.0), (0.0, 1.0))
     lies = points_between(model, [(0, 0), (0, -fallen), (1.0, -fallen / 2, -fallen)])
     assert carries(lies, (2.0, 0.0), (0.0, 1.0))
+
+
+def test_a_corner_beyond_the_end_of_a_face_does_not_stop_the_block_that_passed_it():
+    """The front of a slab is 20 mm beyond a kink, and just above it; the ground below the kink had moved by 0.03 mm."""
+    plane = KinkedPlane.drawn(6, loose=True, bare=False)
+    zones, model = bsm.Zones(size=8.0, order=1, displacement="large"), plane.model()
+    run = unwatched(model.replace(rocks=[replace(model.rocks[0], zones=zones)]))._run
+    present = run.of.presence[0]
+    x, y = turned(np.array([(-plane.gap - 0.02, 0.0)]), plane.upper)[0]
+    u = displaced(run, [(0, 0), (2e-5, -2e-5), (0, 0), (x, y)])
+    joints = slid_on(run.equations(present, run.loads_on(present)), u, present, band=0.1).joints
+    here = (joints.block == (3, 1)).all(axis=1) & ~joints.over
+    assert not here.any()
 
 
 def test_points_of_blocks_in_motion_represent_the_faces_as_they_are():

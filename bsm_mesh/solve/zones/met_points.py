@@ -209,7 +209,7 @@ def _meetings(
     offset = -np.where(diagonal, RULES.new_penetration * h, near.corner_gap)
     lone = (near.parallel_edge < 0) | meets_corner
     length = np.where(lone, np.where(covered, 0.0, RULES.corner_share * h), lengths)
-    slack = RULES.detach_tol * h
+    slack = np.where(near.history >= 0, RULES.detach_tol, RULES.rounding) * h
     on = (near.tangential >= -slack) & (near.tangential <= near.edge_length + slack) & present[a] & present[b]
     face = faces.chains.plane
     on &= ~(meets_corner & _leaves_over_another(near, on, face[e // faces.halves]))
