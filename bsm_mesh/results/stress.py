@@ -109,6 +109,19 @@ def extreme_stresses(blocks: Blocks, stage: StageResult) -> tuple[float, float, 
     return float(sigma_1.min()), float(sigma_3.max()), int((stage.present & ~known).sum())
 
 
+def extreme_zone_stresses(stage: StageResult) -> tuple[float, float]:
+    """Return the most compressive and the most tensile principal stress of a zone of blocks that count [Pa].
+
+    NaN without zones.
+    """
+    zones = stage.zones
+    chosen = np.zeros(0, np.intp) if zones is None else np.flatnonzero(stage.counts[zones.block])
+    if zones is None or not len(chosen):
+        return np.nan, np.nan
+    sigma_1, sigma_3 = principal_stresses(zones.stress[chosen])
+    return float(sigma_1.min()), float(sigma_3.max())
+
+
 def principal_stresses(stress: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (sigma_1, sigma_3) [Pa]: the most and the least compressive principal stress, tension positive."""
     if stress.shape[1] > 2:

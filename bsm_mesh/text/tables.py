@@ -17,7 +17,7 @@ from bsm_mesh.results.movement import greatest_displacement, verdict_in_words
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
-from bsm_mesh.results.stress import extreme_stresses
+from bsm_mesh.results.stress import extreme_stresses, extreme_zone_stresses
 from bsm_mesh.text.flow_text import discharge_text, how_solved
 
 PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
@@ -137,6 +137,9 @@ def _bolt_counts(bolts: BoltForces) -> str:
     return ", ".join(told)
 
 
+EXTREMES = ("most compressive stress (sigma_1)", "most tensile stress (sigma_3)")
+
+
 def describe(results: Results, stage: StageResult | None = None, *, verbose: bool = False) -> list[tuple[str, str]]:
     """Return the verdict on a stage, the last by default, and the numbers that a reader asks for first.
 
@@ -144,7 +147,7 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     """
     stage, blocks = stage or results.stages[-1], results.blocks
     unfinished = not results.finished and stage is results.stages[-1]
-    most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
+    *means, unknown = extreme_stresses(blocks, stage)
     without = f" ({counted(unknown, 'block')} excluded: supported, or slivers)" if unknown else ""
     rows = [
         ("verdict", results.status.value if unfinished else verdict_in_words(blocks, stage)),
@@ -157,8 +160,10 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
         ("greatest displacement", _greatest_displacement(results, stage)),
-        ("most compressive stress (sigma_1)", engineering(most_compressive, "Pa") + without),
-        ("most tensile stress (sigma_3)", engineering(most_tensile, "Pa") + without),
+        *(
+            (name, engineering(mean, "Pa") + without if stage.zones is None else _in_zones(zone, mean, without))
+            for name, mean, zone in zip(EXTREMES, means, extreme_zone_stresses(stage), strict=True)
+        ),
         (f"weights and loads ({blocks.components})", vector(stage.total_load, blocks.force_unit)),
         *_water_rows(results, stage),
         (f"reactions ({blocks.components})", vector(stage.total_reaction, blocks.force_unit)),
@@ -170,6 +175,11 @@ def describe(results: Results, stage: StageResult | None = None, *, verbose: boo
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
     rows.append(("time of the solution", f"{stage.seconds:.3g} s"))
     return rows + (_solution_rows(results, stage) if verbose else [])
+
+
+def _in_zones(stress: float, mean: float, without: str) -> str:
+    """Return an extreme stress of a zone and of the means of blocks, both in Pa."""
+    return f"{engineering(stress, 'Pa')} in a zone; mean of a block {engineering(mean, 'Pa')}{without}"
 
 
 def falling(results: Results, stage: StageResult) -> str:

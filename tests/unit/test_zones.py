@@ -159,6 +159,10 @@ def test_points_of_histories_move_with_their_zones(order: int, unit_weight: floa
     assert stage.max_displacement < 0.7 * greatest_displacement(stage)  # the mean of the block
     told = dict(describe(results))["greatest displacement"]
     assert told.startswith(f"{engineering(-v[high], 'm')} at a node of the zones; mean of a block ")
+    stressed = dict(describe(results))["most compressive stress (sigma_1)"]
+    lowest = float(stage.zones.stress[:, 1, 1].min())  # near the base the weight of the column adds to the pressure
+    assert lowest <= -(pressure + unit_weight) * (1 - 1e-9)
+    assert stressed.startswith(f"{engineering(lowest, 'Pa')} in a zone; mean of a block ")
     assert results.plot("zones_displacement").axes
     results.save(tmp_path / "out")
     summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
