@@ -9,7 +9,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.zones.equilibrium import BALANCED
 from bsm_mesh.solve.zones.moved_supports import slid_on
 from bsm_mesh.solve.zones.supports import nodal_unknowns
 from tests.scenes import meeting_zones as scenes
@@ -192,7 +191,7 @@ def test_the_corner_of_a_face_carries_after_the_end_of_another_passed_to_the_fac
 
 def test_equilibrium_in_stiff_rock_is_sought_until_rounding_alone_is_left():
     """Of rock of 1e13 Pa a residual of 1e-6 may be rounding, and the verdict refuses blocks that far out of balance."""
-    assert solved(scenes.leaning(gap=0.5)).stages[0].steps[-1].residual <= BALANCED
+    assert solved(scenes.leaning(gap=0.4)).stages[0].steps[-1].residual < 1e-12
 
 
 def test_the_tangent_is_the_derivative_of_the_forces():
