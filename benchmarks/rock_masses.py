@@ -12,7 +12,7 @@ import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -147,6 +147,24 @@ def table(records: Sequence[dict[str, Any]]) -> str:
     return "\n\n".join([first, f"{'; '.join(lines)}. The others:", markdown(header, of_others), last])
 
 
+def continued(file: Path, seeds: Sequence[int], judge: Callable[[int], dict[str, Any]]) -> list[dict[str, Any]]:
+    """Judge the seeds that a file of lines does not hold yet, add their lines, and return all by their seeds."""
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    known = {json.loads(line)["seed"] for line in lines}
+    for seed in seeds:
+        if seed in known:
+            continue
+        try:
+            told = judge(seed)
+        except Exception as error:
+            print(f"seed {seed}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
+            continue
+        with file.open("a", encoding="utf-8") as out:
+            out.write(json.dumps(told) + "\n")
+        print(told, file=sys.stderr, flush=True)
+    return sorted(map(json.loads, file.read_text(encoding="utf-8").splitlines()), key=itemgetter("seed"))
+
+
 def main() -> None:
     """Judge a share of the models, and print the table of all lines in the file."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rock_masses", description=__doc__.splitlines()[0])
@@ -156,21 +174,7 @@ def main() -> None:
     add_into(parser, MAKER)
     given = parser.parse_args()
     first, step = (int(part) for part in given.share.split("/"))
-    lines = given.file.read_text(encoding="utf-8").splitlines() if given.file.exists() else []
-    known = {json.loads(line)["seed"] for line in lines}
-    for seed in range(first, given.n, step):
-        if seed in known:
-            continue
-        try:
-            told = judged(seed)
-        except Exception as error:
-            print(f"seed {seed}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
-            continue
-        with given.file.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(told) + "\n")
-        print(told, file=sys.stderr, flush=True)
-    lines = given.file.read_text(encoding="utf-8").splitlines()
-    tell(table(sorted(map(json.loads, lines), key=itemgetter("seed"))), MAKER, given.into)
+    tell(table(continued(given.file, range(first, given.n, step), judged)), MAKER, given.into)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 
 import pytest
 
-from benchmarks.rock_masses import judged, rock_mass, table
+from benchmarks import loaded_masses
+from benchmarks.rock_masses import continued, judged, rock_mass, table
 
 
 @pytest.mark.heavy
@@ -34,3 +35,45 @@ def test_the_table_names_the_exceptions():
     assert "1 of 4 against the proof (seeds [2]); 1 of 4 without a verdict (seeds [3])" in text
     assert "0 of 1 move blocks only that block theory names" in text
     assert "| 4 | roof | 30° | 1.06 | 0.4 | stable | 0 |" in text
+
+
+def test_a_mass_has_the_loads_that_it_tells():
+    """Seed 3 is a roof with all but a pressure."""
+    model, free, told = loaded_masses.loaded_mass(3)
+    assert free == ("bottom",)
+    assert told["loads"] == ["cohesion", "earthquake", "water", "bolts"]
+    assert all(joint.law.cohesion > 0 for joint in model.joints)
+    assert model.gravity_horizontal > 0
+    assert model.water is not None
+    assert model.bolts
+    assert not model.loads
+
+
+def test_the_table_of_loaded_masses_names_the_exceptions():
+    usual = {
+        "kind": "slope",
+        "loads": ["water"],
+        "admissible": True,
+        "verdict": "stable",
+        "certified": True,
+        "moves": [],
+    }
+    records = [
+        {**usual, "seed": 1, "not_named": []},
+        {**usual, "seed": 2, "admissible": False, "not_named": []},
+        {**usual, "seed": 3, "verdict": "unstable", "moves": [4], "not_named": [4], "certified": False},
+    ]
+    text = loaded_masses.table(records)
+    assert "1 of 3 `stable` against the proof (seeds [2]); 0 of 3 without a verdict" in text
+    assert (
+        "0 of 3 `stable` without a certificate; 0 of 1 move blocks only that block theory names (not seeds [3])" in text
+    )
+    assert "| slope | inadmissible | stable | 1 |" in text
+
+
+def test_a_file_of_lines_is_continued(tmp_path):
+    file = tmp_path / "masses.jsonl"
+    judges = {1: lambda: {"seed": 1}, 2: lambda: {"seed": 2}}
+    assert continued(file, [2], lambda seed: judges[seed]()) == [{"seed": 2}]
+    assert continued(file, [0, 1, 2], lambda seed: judges.pop(seed)()) == [{"seed": 1}, {"seed": 2}]
+    assert list(judges) == [2]

@@ -1,0 +1,134 @@
+"""Random rock masses in space under random loads: verdict, conic proof and block theory.
+
+``python -m benchmarks.loaded_masses FILE``. The masses are those of `benchmarks.rock_masses`. Each has some of these at
+random: cohesion, an earthquake, a plane of groundwater or a pressure in a joint, bolts, a pressure on a free boundary.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import bsm_mesh as bsm
+from benchmarks.pages import add_into, tell
+from benchmarks.rock_masses import ROUNDS, SIDE, continued, rock_mass
+from examples.numbers.pages import markdown
+
+MAKER = "python -m benchmarks.loaded_masses"
+OFTEN = 0.5  # share of the masses that have a kind of load
+
+
+def loaded_mass(seed: int) -> tuple[bsm.Model, tuple[str, ...], dict[str, Any]]:
+    """Return a model, its free boundaries and a description: kind, friction, blocks, loads."""
+    model, free, told = rock_mass(seed)
+    generator = np.random.default_rng([seed, 1])
+    makers = {"cohesion": _cohesion, "earthquake": _earthquake, "water": _water, "bolts": _bolts, "pressure": _pressure}
+    chosen = [name for name in makers if generator.random() < OFTEN]
+    changes: dict[str, Any] = {}
+    for name in chosen:
+        changes |= makers[name](generator, model, free)
+    return model.replace(**changes), free, {**told, "loads": chosen}
+
+
+def _cohesion(generator: np.random.Generator, model: bsm.Model, _: tuple[str, ...]) -> dict[str, Any]:
+    cohesion = float(generator.choice([5e3, 20e3, 50e3]))
+    laws = [bsm.MohrCoulomb(friction=joint.law.friction, cohesion=cohesion) for joint in model.joints]
+    return {"joints": [bsm.Joint(j.name, 1e10, 5e9, law=law) for j, law in zip(model.joints, laws, strict=True)]}
+
+
+def _earthquake(generator: np.random.Generator, _: bsm.Model, __: tuple[str, ...]) -> dict[str, Any]:
+    part, trend = float(generator.uniform(0.05, 0.35)), float(generator.uniform(0, 360))
+    return {"gravity_horizontal": part, "gravity_trend": trend}
+
+
+def _water(generator: np.random.Generator, model: bsm.Model, _: tuple[str, ...]) -> dict[str, Any]:
+    if generator.random() < OFTEN:
+        level, dip, direction = (float(generator.uniform(*ends)) for ends in ((2, 9), (0, 25), (0, 360)))
+        plane = bsm.HeadPlane(point=(SIDE / 2, SIDE / 2, level), dip=dip, dip_direction=direction)
+        return {"water": bsm.Water(plane=plane)}
+    joint = model.joints[int(generator.integers(len(model.joints)))].name
+    return {"water": bsm.Water(joint_pressure={joint: float(generator.choice([5e3, 20e3, 50e3]))})}
+
+
+def _bolts(generator: np.random.Generator, _: bsm.Model, free: tuple[str, ...]) -> dict[str, Any]:
+    bolts = []
+    for _number in range(int(generator.integers(1, 5))):
+        across, along = (float(place) for place in generator.uniform(1, SIDE - 1, 2))
+        deep = float(generator.uniform(3, 8))
+        if "bottom" in free:
+            start, end = (across, along, 0.01), (across, along, deep)
+        else:
+            start, end = (across, 0.01, along), (across, deep, max(0.5, along - float(generator.uniform(0, 2))))
+        kind = str(generator.choice(["grouted", "end_anchored"]))
+        pulled = 1e5 if kind == "end_anchored" else 0.0
+        bolts.append(
+            bsm.Bolt(start=start, end=end, diameter=0.025, kind=kind, yield_strength=500e6, pretension=pulled)  # type: ignore[arg-type]
+        )
+    return {"bolts": bolts}
+
+
+def _pressure(generator: np.random.Generator, _: bsm.Model, free: tuple[str, ...]) -> dict[str, Any]:
+    pressure = float(generator.choice([20e3, 100e3, -30e3]))
+    return {"loads": [bsm.Pressure(boundary=free[int(generator.integers(len(free)))], pressure=pressure)]}
+
+
+def judged(seed: int) -> dict[str, Any]:
+    """Return verdict of the engine, of cones for the blocks that it leaves, and the blocks that block theory misses."""
+    model, free, told = loaded_mass(seed)
+    results = bsm.run(model, bsm.Options(threads=1))
+    stage = results.stages[-1]
+    told |= {"verdict": str(stage.status), "reason": stage.reason, "certified": bool(results.check().ok)}
+    small = np.flatnonzero(~stage.present)
+    left = bsm.Stage("left", excavate=[int(block) for block in np.setdiff1d(small, stage.unstable_blocks)])
+    told["admissible"] = bool(bsm.limit_analysis(model.replace(stages=[left]), stage="left").admissible)
+    named = bsm.key_blocks(model, free=free, rounds=ROUNDS)
+    moved = np.setdiff1d(stage.unstable_blocks, model.blocks.slivers)
+    told["moves"] = moved.tolist()
+    told["not_named"] = np.setdiff1d(moved, named.block[named.round > 0]).tolist()
+    return told
+
+
+def table(records: Sequence[dict[str, Any]]) -> str:
+    """Return the models by proof and verdict, and the exceptions."""
+    counts = Counter((r["kind"], "admissible" if r["admissible"] else "inadmissible", r["verdict"]) for r in records)
+    rows = [(*case, str(count)) for case, count in sorted(counts.items())]
+    moving = [r for r in records if r["moves"]]
+    exceptions = {
+        "`stable` against the proof": [r["seed"] for r in records if not r["admissible"] and r["verdict"] == "stable"],
+        "without a verdict": [r["seed"] for r in records if r["verdict"] == "not_converged"],
+        "`stable` without a certificate": [
+            r["seed"] for r in records if r["verdict"] == "stable" and not r["certified"]
+        ],
+    }
+    lines = [
+        f"{len(seeds)} of {len(records)} {what}" + f" (seeds {seeds})" * bool(seeds)
+        for what, seeds in exceptions.items()
+    ]
+    others = [r["seed"] for r in moving if r["not_named"]]
+    lines.append(
+        f"{len(moving) - len(others)} of {len(moving)} move blocks only that block theory names"
+        + f" (not seeds {others})" * bool(others)
+    )
+    loads = Counter(name for r in records for name in r["loads"])
+    given = ", ".join(f"{name} {count}" for name, count in loads.items())
+    head = markdown(("kind", "limit analysis", "verdict", "models"), rows)
+    return f"{head}\n\n{'; '.join(lines)}. Models that have a load: {given}."
+
+
+def main() -> None:
+    """Judge the models, and print the table of all lines in the file."""
+    parser = argparse.ArgumentParser(prog=MAKER, description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, help="file of lines that is continued")
+    parser.add_argument("-n", type=int, default=150, help="models in all")
+    add_into(parser, MAKER)
+    given = parser.parse_args()
+    tell(table(continued(given.file, range(given.n), judged)), MAKER, given.into)
+
+
+if __name__ == "__main__":
+    main()
