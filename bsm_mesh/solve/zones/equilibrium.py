@@ -29,12 +29,13 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.solve.algebra.line_search import Decrease
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
+from bsm_mesh.solve.stages.scheme import Reporter
 from bsm_mesh.solve.zones.embedded_bolts import EmbeddedBolts
 from bsm_mesh.solve.zones.joint_history import JointHistory, JointState, remember
 from bsm_mesh.solve.zones.joint_points import JointPoints
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
 from bsm_mesh.solve.zones.plastic_rock import PlasticRock, PlasticState
-from bsm_mesh.solve.zones.system import HINGED, FreeUnknowns
+from bsm_mesh.solve.zones.system import FreeUnknowns
 from bsm_mesh.solve.zones.tangents import PointStiffness, Tangents
 from bsm_mesh.solve.zones.water_near import WaterNear
 
@@ -259,8 +260,10 @@ class Iterate:
         return float(np.linalg.norm(self.left))
 
 
-def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool]:
+def find_equilibrium(equations: Equations, u: FloatArray, report: Reporter = lambda text: None) -> tuple[Iterate, bool]:
     """Return the state of equilibrium near displacements u (N,), else the last tried, and whether it is one.
+
+    `report` gets the unbalanced force of every correction, in words.
 
     Raises
     ------
@@ -275,7 +278,7 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
         solved = _shortened(equations, at, 0.0, at.norm, (1.0,))[0]
         at = replace(solved, scale=max(at.scale, solved.scale))  # a motion as a whole leaves no force to compare with
     else:
-        at = _newton(equations, _bent(equations, _tied(equations, at)))
+        at = _newton(equations, _bent(equations, _tied(equations, at)), report)
     free.refuse_misfit(at.u)
     return at, at.is_balanced
 
@@ -310,9 +313,10 @@ def _bent(equations: Equations, at: Iterate) -> Iterate:
     return best
 
 
-def _newton(equations: Equations, at: Iterate) -> Iterate:
+def _newton(equations: Equations, at: Iterate, report: Reporter) -> Iterate:
     regularization, frozen, recent = 0.0, 0, deque([at.norm], RECENT)
-    for _ in range(MAX_ITERATIONS):
+    for number in range(MAX_ITERATIONS):
+        report(f"correction {number}: unbalanced force {at.size:.1e} of the greatest")
         if at.is_balanced:
             break
         most = max(recent)
@@ -332,7 +336,7 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
             if frozen == MAX_FROZEN or at.state is None or equations.large is not None:  # no energy is convex then
                 break
             frozen, regularization = frozen + 1, 0.0
-            at = _with_frozen_friction(equations, at)
+            at = _with_frozen_friction(equations, at, report)
             recent = deque([at.norm], RECENT)
     return at
 
@@ -361,7 +365,7 @@ def _shortened(
     return tried[decrease.chosen]
 
 
-def _with_frozen_friction(equations: Equations, at: Iterate) -> Iterate:
+def _with_frozen_friction(equations: Equations, at: Iterate, report: Reporter) -> Iterate:
     """Return the equilibrium with shear strengths as at the pressures reached: the minimum of a convex energy."""
     assert at.state is not None
     pressure = at.state.pressure
@@ -369,6 +373,7 @@ def _with_frozen_friction(equations: Equations, at: Iterate) -> Iterate:
     for _ in range(FROZEN_ITERATIONS):
         if now.size <= 0.1 * BALANCED:
             break
+        report(f"friction frozen: unbalanced force {now.size:.1e} of the greatest")
         K = equations.tangent(now, FROZEN_REGULARIZATION)
         correction, multipliers = free.solve(K, now.residual, now.u)
         now = _line_minimum(equations, now, correction, multipliers, pressure)
@@ -390,11 +395,3 @@ def _line_minimum(
         low, high = (part, high) if work > 0 else (low, part)
         part = 2 * part if np.isinf(high) else (low + high) / 2
     return new
-
-
-def refuse_unsolved(at: Iterate) -> None:
-    """Raise if linear equations are not solved."""
-    if not at.size <= 1e-6:  # also true for NaN
-        raise ModelError(
-            f"the continuum's equations cannot be solved (residual {at.size:.2g} of the greatest force): {HINGED}"
-        )

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
 from bsm_mesh.model.stages import INITIAL, Stage
 from bsm_mesh.model.water import Water
-from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
+from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium
 from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
 from bsm_mesh.solve.zones.fills import put_back
 from bsm_mesh.solve.zones.following import follow
@@ -31,7 +31,7 @@ from bsm_mesh.solve.zones.shaken_stage import shaken_end
 from bsm_mesh.solve.zones.shaking_run import Watch, unwatched
 from bsm_mesh.solve.zones.stage_solution import Fall, StageEnd
 from bsm_mesh.solve.zones.supports import held_displacements
-from bsm_mesh.solve.zones.system import FreeUnknowns
+from bsm_mesh.solve.zones.system import FreeUnknowns, refuse_unsolved
 from bsm_mesh.solve.zones.tangents import Tangents
 from bsm_mesh.solve.zones.unyielding import yielding_no_further
 from bsm_mesh.solve.zones.water_near import StageLoads
@@ -282,9 +282,9 @@ class StageRun:
         """
         start = equations.history
         for _ in range(MAX_FAILURES):
-            at, converged = find_equilibrium(equations, self.state.u)
+            at, converged = find_equilibrium(equations, self.state.u, self.report)
             if equations.are_linear:
-                refuse_unsolved(at)
+                refuse_unsolved(at.size)
                 converged = True
             history = equations.history
             joints = equations.joints

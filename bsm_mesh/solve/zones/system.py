@@ -237,3 +237,11 @@ def refuse_loose(parts: Sequence[LoosePart]) -> None:
             for part in parts[:20]
         ]
     )
+
+
+def refuse_unsolved(size: float) -> None:
+    """Raise if linear equations are not solved: by the greatest residual over the greatest force."""
+    if not size <= 1e-6:  # also true for NaN
+        raise ModelError(
+            f"the continuum's equations cannot be solved (residual {size:.2g} of the greatest force): {HINGED}"
+        )
