@@ -16,7 +16,7 @@ import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
-from benchmarks.rock_masses import ROUNDS, SIDE, continued, rock_mass
+from benchmarks.rock_masses import ROUNDS, SIDE, continued, rock_mass, translating
 from examples.numbers.pages import markdown
 
 MAKER = "python -m benchmarks.loaded_masses"
@@ -93,8 +93,19 @@ def judged(seed: int) -> dict[str, Any]:
     named = bsm.key_blocks(model, free=free, rounds=ROUNDS)
     moved = np.setdiff1d(stage.unstable_blocks, model.blocks.slivers)
     told["moves"] = moved.tolist()
-    told["not_named"] = np.setdiff1d(moved, named.block[named.round > 0]).tolist()
+    known = named.block[named.round > 0]
+    told["not_named"] = np.setdiff1d(moved, known).tolist()
+    if told["not_named"]:
+        told["translating"] = translating(model, known)
+        told["glued"] = _glued(model, known)
     return told
+
+
+def _glued(model: bsm.Model, known: Sequence[int]) -> list[int]:
+    """Return which blocks move that are not `known`, with a tensile strength of joints as great as their cohesion."""
+    joints = [bsm.Joint(j.name, 1e10, 5e9, law=j.law, tensile_strength=j.law.cohesion) for j in model.joints]
+    stage = bsm.run(model.replace(joints=joints), bsm.Options(threads=1)).stages[-1]
+    return np.setdiff1d(stage.unstable_blocks, np.append(model.blocks.slivers, known)).tolist()
 
 
 def table(records: Sequence[dict[str, Any]]) -> str:
@@ -115,11 +126,15 @@ def table(records: Sequence[dict[str, Any]]) -> str:
         f"{len(seeds)} of {len(records)} {what}" + f" (seeds {seeds})" * bool(seeds)
         for what, seeds in exceptions.items()
     ]
-    others = [r["seed"] for r in moving if r["not_named"]]
-    lines.append(
-        f"{len(moving) - len(others)} of {len(moving)} move blocks only that block theory names"
-        + f" (not seeds {others})" * bool(others)
-    )
+    others = [r for r in moving if r["not_named"]]
+    lines.append(f"{len(moving) - len(others)} of {len(moving)} move blocks only that block theory names")
+    if others:
+        turning = [not r["translating"][1] for r in others]
+        glued = [not r["glued"] for r in others]
+        either = sum(map(any, zip(turning, glued, strict=True)))
+        lines.append(f"{sum(turning)} of the other {len(others)} do so with the rotation of every block held")
+        lines.append(f"{sum(glued)} with a tensile strength of joints as great as their cohesion")
+        lines[-1] += f", {either} with one of both (seeds {[r['seed'] for r in others]})"
     loads = Counter(name for r in records for name in r["loads"])
     given = ", ".join(f"{name} {count}" for name, count in loads.items())
     head = markdown(("kind", "limit analysis", "verdict", "models"), rows)

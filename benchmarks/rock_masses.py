@@ -93,14 +93,14 @@ def judged(seed: int) -> dict[str, Any]:
     told["named"] = int((named.round > 0).sum())
     told["not_named"] = not_named = np.setdiff1d(moved, named.block[named.round > 0]).tolist()
     if not_named:
-        told["translating"] = _translating(model, named.block[named.round > 0])
+        told["translating"] = translating(model, named.block[named.round > 0])
         factors = dict(zip(named.block.tolist(), named.factor.tolist(), strict=True))
         told["factors"] = [round(factors[block], 2) if block in factors else None for block in not_named]
         told["turn"] = round(float(np.linalg.norm(stage.displacement[not_named, 3:], axis=1).max()), 3)
     return told
 
 
-def _translating(model: bsm.Model, named: Sequence[int]) -> tuple[str, list[int]]:
+def translating(model: bsm.Model, named: Sequence[int]) -> tuple[str, list[int]]:
     """Return the verdict of a model whose blocks do not turn, and which blocks move that are not `named`."""
     free = np.flatnonzero(~bars_of(model.supports, model.blocks).held_blocks(model.blocks))
     held = model.replace(supports=[*model.supports, rotations_held(model.blocks, free)])

@@ -61,13 +61,22 @@ def test_the_table_of_loaded_masses_names_the_exceptions():
     records = [
         {**usual, "seed": 1, "not_named": []},
         {**usual, "seed": 2, "admissible": False, "not_named": []},
-        {**usual, "seed": 3, "verdict": "unstable", "moves": [4], "not_named": [4], "certified": False},
+        {
+            **usual,
+            "seed": 3,
+            "verdict": "unstable",
+            "moves": [4],
+            "not_named": [4],
+            "certified": False,
+            "translating": ("stable", []),
+            "glued": [4],
+        },
     ]
     text = loaded_masses.table(records)
     assert "1 of 3 `stable` against the proof (seeds [2]); 0 of 3 without a verdict" in text
-    assert (
-        "0 of 3 `stable` without a certificate; 0 of 1 move blocks only that block theory names (not seeds [3])" in text
-    )
+    assert "0 of 1 move blocks only that block theory names" in text
+    assert "1 of the other 1 do so with the rotation of every block held" in text
+    assert "0 with a tensile strength of joints as great as their cohesion, 1 with one of both (seeds [3])" in text
     assert "| slope | inadmissible | stable | 1 |" in text
 
 
