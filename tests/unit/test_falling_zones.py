@@ -90,6 +90,15 @@ def test_a_block_that_slides_on_is_followed_up_to_the_limit(monkeypatch):
     assert 0.3 < np.abs(stage.displacement[1, 0]) < 0.5
 
 
+def test_the_search_for_equilibrium_is_reported(monkeypatch):
+    monkeypatch.setattr(solving, "SILENCE", 0.0)
+    said: list[str] = []
+    assert bsm.run(meeting([FLOOR, ON_IT], young=1e10), report=said.append).status == "stable"
+    left = [float(text.split()[4]) for text in said if text.startswith("correction ")]
+    assert left
+    assert left[-1] < 1e-6
+
+
 def test_blocks_without_equilibrium_are_where_they_were_last_at_rest():
     """Rock without mass is not followed. A load pushes the block over its friction; an iteration took it 0.6 m away."""
     load = bsm.PointLoad(block=1, point=(0.5, 0.5), force=(2e4, -2e4))
