@@ -87,7 +87,7 @@ def test_a_run_of_polyhedra_is_refused_before_it_begins(options, changes, match)
 @pytest.mark.parametrize(
     ("changes", "note"),
     [
-        ({"water": bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 50), dip=3))}, "water: the plane lies"),
+        ({"water": bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 50)))}, "water: the plane lies 49 m above the top"),
         ({"water": bsm.Water(plane=bsm.HeadPlane(point=(0, 0, -9)))}, "water: the plane lies below all blocks"),
         (
             {"rocks": [bsm.Rock(name, unit_weight=26e3) for name in ("granite", "gneis")]},
