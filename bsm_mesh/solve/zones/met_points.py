@@ -84,7 +84,14 @@ def with_met(joints: MovingPoints, met: Met) -> MovingPoints:
 
 
 def met(
-    joints: MovingPoints, history: JointHistory, u: FloatArray, present: BoolArray, state: JointState, band: float = 0.0
+    joints: MovingPoints,
+    history: JointHistory,
+    u: FloatArray,
+    present: BoolArray,
+    state: JointState,
+    band: float = 0.0,
+    *,
+    keeps_lengths: bool = False,
 ) -> tuple[MovingPoints, JointHistory, BoolArray] | None:
     """Return joints and history with the points where blocks have met at displacements u (N,); None: as they are.
 
@@ -102,6 +109,8 @@ def met(
         Of the points there.
     band : float [m]
         How near blocks that move count as met: their points are open at first. 0: blocks at rest, that overlap.
+    keeps_lengths : bool
+        Closed points keep their lengths, in time: others would add energy.
     """
     count, moves = len(joints.own), band > 0
     where, closed = joints.as_given + u[joints.nodes], (state.closed & ~joints.over)[count:]
@@ -111,14 +120,15 @@ def met(
     same = again & (_taken(old.corner, found.known) == found.corner)
     rows = np.flatnonzero(closed & ~np.isin(np.arange(len(closed)), found.known[again]))  # hidden, and closed
     before = _taken(old.length, found.known)
-    changed = ~same | (np.abs(found.length - before) > SLID * before)
+    length = np.where(same & _taken(closed, found.known) & keeps_lengths, before, found.length)
+    changed = ~same | (np.abs(length - before) > SLID * before)
     if not changed.any() and (not moves or len(rows) + same.sum() == len(old.corner)) and not joints.over[count:].any():
         return None
     blocks = np.stack([joints.faces.block[found.edge], joints.faces.block[found.corner]], axis=1)
     known = Met(**{name: getattr(old, name)[rows] for name in Met.__slots__})
     points = Met(
         corner=np.concatenate([known.corner, found.corner]).astype(np.int32),
-        length=np.concatenate([known.length, found.length]),
+        length=np.concatenate([known.length, length]),
         joint=np.concatenate([known.joint, _joint_of(joints.faces, found, where)]).astype(np.int32),
         block=np.concatenate([known.block, blocks]).astype(np.int32),
     )

@@ -58,7 +58,13 @@ def carried(equations: Equations, u: FloatArray) -> FloatArray:
 
 
 def slid_on(
-    equations: Equations, u: FloatArray, present: BoolArray, start: FloatArray | None = None, band: float = 0.0
+    equations: Equations,
+    u: FloatArray,
+    present: BoolArray,
+    start: FloatArray | None = None,
+    band: float = 0.0,
+    *,
+    keeps_lengths: bool = False,
 ) -> Equations | None:
     """Return the equations with joints at the places that they face at displacements u (N,), and where blocks met.
 
@@ -76,6 +82,8 @@ def slid_on(
         Displacements from which blocks at rest came: where they met on the way their slip begins.
     band : float [m]
         How near to each other blocks that move have met.
+    keeps_lengths : bool
+        Whether closed points keep their lengths, in time.
     """
     joints, history = equations.joints, equations.history
     if not isinstance(joints, MovingPoints) or history is None:
@@ -92,7 +100,7 @@ def slid_on(
             shear=np.where(over, 0.0, history.shear),
             offset=_offset_after(joints, moved, history, u) if band > 0 else history.offset,
         )
-    further = met(moved or joints, history, u, present, state, band)
+    further = met(moved or joints, history, u, present, state, band, keeps_lengths=keeps_lengths)
     if further is None:
         return None if moved is None else replace(equations, joints=moved, history=history)
     joints, history, fresh = further

@@ -94,6 +94,7 @@ class ShakenZones:
     """
 
     slide = SLID
+    keeps_lengths = True  # of closed points, as of rigid blocks in time
     window_cycles = FREE.cycles
 
     def __init__(
@@ -107,8 +108,9 @@ class ShakenZones:
     ) -> None:
         self._band = BAND * equations.size * (equations.large is not None)
         self._present = present
-        self.equations = equations = slid_on(equations, u, present, band=self._band) or equations
-        self.at = equations.at(u, equations.free.none)
+        self.equations = equations
+        self._search(u)
+        self.at = self.equations.at(u, equations.free.none)
         self._rock, self._shaking, self._base, self._quiet = rock, shaking, BaseMotion(shaking), quiet
         self.diverged, self.is_over, self.damping = False, False, 0.0
         self._start = u
@@ -124,6 +126,11 @@ class ShakenZones:
         begun = ShakingMemory.begin(len(present), joints, self.stored)
         self.memory = replace(begun, velocity=np.zeros((len(rock.mass), 3)))
         self._limit_time_step()
+
+    def _search(self, u: FloatArray) -> None:
+        """Give points the places that they face at displacements u (N,), and where blocks have met."""
+        found = slid_on(self.equations, u, self._present, band=self._band, keeps_lengths=self.keeps_lengths)
+        self.equations = found or self.equations
 
     def steps_to(self, until: float) -> int:
         """Return the number of time steps to a time [s], with the present joints."""
@@ -302,7 +309,8 @@ class ShakenZones:
         if equations.bolts is not None:
             equations = replace(equations, bolts=equations.bolts.commit(equations.bolts.evaluate(u), u))
         there = equations.at(u, equations.free.none)
-        self.equations = slid_on(equations, u, self._present, band=self._band) or equations
+        self.equations = equations
+        self._search(u)
         self.at = self.equations.at(u, equations.free.none)
         if window is not None and joints is not None and there.state is not None:
             at_points, damped = window.work(laws, there.state)

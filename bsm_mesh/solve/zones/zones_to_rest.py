@@ -25,6 +25,7 @@ class ZonesToRest(ShakenZones):
     """
 
     slide = RULES.min_overlap
+    keeps_lengths = False
     _rate = 0.0  # greatest stiffness sum over mass [1/s2]
 
     def _limit_time_step(self) -> None:
