@@ -41,8 +41,9 @@ def of_sloping_open_water(model: Model, ground_of: Callable[[Any], FloatArray]) 
 
 
 def ground_line(blocks: Blocks) -> FloatArray:
-    """Return points of the highest edges of blocks from left to right, (k, 2) [m]."""
-    start, end = blocks.vertices, blocks.vertices[blocks.following]
+    """Return points of the highest outer edges from left to right, (k, 2) [m]."""
+    edges = blocks.outer_edges
+    start, end = blocks.vertices[edges], blocks.vertices[blocks.following[edges]]
     way = end[:, 0] - start[:, 0]
     left, right = np.minimum(start[:, 0], end[:, 0]), np.maximum(start[:, 0], end[:, 0])
     low, high = blocks.extent
