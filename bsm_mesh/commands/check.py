@@ -151,7 +151,9 @@ def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
     else:
         with placed(loaded.path.name):
             space.refuse_unready(loaded.model, solver_faults(loaded.options), loaded.options.scheme)
-            touching = space.BlockSystem(loaded.model).touching  # refuses contacts, bolts and supports as the run does
+            touching = space.BlockSystem(
+                loaded.model
+            ).touching_pairs  # refuses contacts, bolts and supports as the run does
     report = space_summary(loaded.model, touching)
     if as_json:
         say_json({**report, "notes": notes})

@@ -14,6 +14,7 @@ from bsm_mesh.modelfile.space_file import load_space_file
 from bsm_mesh.pictures.key_block_pictures import draw_key_blocks
 from bsm_mesh.three_d.key_blocks.record import KeyBlocks
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.strength import ConeStrength
 from docs.code_blocks import ROOT, files_of
 from examples.numbers.pages import Table, markdown
@@ -86,8 +87,10 @@ def wedges() -> str:
         found = bsm.key_blocks(blocks, rocks=rocks, joints=joints, free=["slope"])
         factor = float(found.factor[found.block == wedge][0])
         formula = wedge_factor(first, second, volume, areas, unit_weight, friction, cohesion)
-        analysis = LimitAnalysis3D(blocks.moments, blocks.contact_polygons, np.arange(blocks.count) != wedge)
-        joint = analysis.polygons.joint[analysis.points.polygon]
+        analysis = LimitAnalysis3D(
+            blocks.moments, LimitPoints.of(blocks.contact_polygons), np.arange(blocks.count) != wedge
+        )
+        joint = analysis.points.joint
         strength = ConeStrength(
             slope=np.tan(np.radians(friction))[joint][:, None],
             intercept=(np.array(cohesion)[joint] * analysis.points.area)[:, None],
@@ -149,7 +152,7 @@ def domes() -> str:
 
 def _stands(thickness: float, sectors: int, courses: int) -> bool:
     blocks, base = dome(thickness, sectors, courses)
-    analysis = LimitAnalysis3D(blocks.moments, blocks.contact_polygons, base)
+    analysis = LimitAnalysis3D(blocks.moments, LimitPoints.of(blocks.contact_polygons), base)
     strength = ConeStrength.coulomb(analysis.points.area, 70.0)
     return analysis.analyse(weights(blocks.moments, np.full(blocks.count, 25e3)), strength).admissible
 

@@ -9,6 +9,7 @@ from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.key_blocks.loads import RockLoads
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 from bsm_mesh.three_d.limit.strength import ConeStrength, cone_strength
 from tests.scenes.rock_3d import WEDGES, dome, tunnel_rock, wedge_factor, wedge_rock
@@ -26,7 +27,9 @@ def column(size=(1.0, 1.0, 1.0), turn=None):
 
 
 def analysis_of(blocks, fixed=(0,), rule="both"):
-    return LimitAnalysis3D(blocks.moments, blocks.contact_polygons, np.isin(np.arange(blocks.count), fixed), rule)
+    return LimitAnalysis3D(
+        blocks.moments, LimitPoints.of(blocks.contact_polygons, rule), np.isin(np.arange(blocks.count), fixed)
+    )
 
 
 def test_a_push_at_the_foot_slides_at_the_friction():
@@ -101,9 +104,8 @@ def test_wedges_have_their_volume_and_areas_and_an_upper_bound(name):
     blocks, wedge, volume, areas = wedge_rock(first, second, face, top, height)
     assert_allclose(blocks.moments.volume[wedge], volume, rtol=1e-12)
     analysis = analysis_of(blocks, np.flatnonzero(np.arange(blocks.count) != wedge))
-    joint = analysis.polygons.joint
-    assert_allclose([analysis.polygons.area[joint == k].sum() for k in (0, 1)], areas, rtol=1e-12)
-    joint = joint[analysis.points.polygon]
+    joint = analysis.points.joint
+    assert_allclose([analysis.points.area[joint == k].sum() for k in (0, 1)], areas, rtol=1e-12)
     strength = ConeStrength(
         slope=np.tan(np.radians(friction))[joint][:, None],
         intercept=(np.array(cohesion)[joint] * analysis.points.area)[:, None],
@@ -159,7 +161,7 @@ def test_a_contact_without_a_law_bears_whatever_comes():
     joint = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)
     analysis = analysis_of(blocks)
     materials = Materials.checked(blocks, [bsm.Rock("granite", unit_weight=26e3)], [joint], None)
-    strength = cone_strength(materials, blocks, analysis.polygons, analysis.points)
+    strength = cone_strength(materials, blocks, analysis.points)
     found = analysis.analyse(weights(blocks.moments, np.ones(2), (5, 0, 1)), strength)
     assert found.admissible
     pulled = ConeStrength.coulomb(analysis.points.area, 35, 10.0)
@@ -191,10 +193,9 @@ def test_materials_give_every_contact_its_law():
     law = bsm.MohrCoulomb(friction=30, cohesion=1e3)
     joints = [bsm.Joint("A", normal_stiffness=1e9, shear_stiffness=1e9, law=law, tensile_strength=500)]
     rocks = [bsm.Rock("rock", unit_weight=26e3, cohesion=1e6, friction=45, tensile_strength=2e5)]
-    polygons = blocks.contact_polygons
-    points = polygons.points()
-    strength = cone_strength(Materials.checked(blocks, rocks, joints, None), blocks, polygons, points)
-    on_joint = polygons.joint[points.polygon] == 0
+    points = LimitPoints.of(blocks.contact_polygons)
+    strength = cone_strength(Materials.checked(blocks, rocks, joints, None), blocks, points)
+    on_joint = points.joint == 0
     slope = np.tan(np.radians(30))
     assert_allclose(strength.slope[on_joint, 0], slope)
     assert_allclose(strength.intercept[on_joint, 0], (1e3 + slope * 500) * points.area[on_joint])
@@ -207,7 +208,7 @@ def test_materials_give_every_contact_its_law():
 
 def stands(thickness, sectors, courses):
     blocks, base = dome(thickness, sectors, courses)
-    analysis = LimitAnalysis3D(blocks.moments, blocks.contact_polygons, base)
+    analysis = LimitAnalysis3D(blocks.moments, LimitPoints.of(blocks.contact_polygons), base)
     strength = ConeStrength.coulomb(analysis.points.area, 70)
     return analysis.analyse(weights(blocks.moments, np.full(blocks.count, 25e3)), strength).admissible
 
@@ -229,7 +230,7 @@ def test_a_dome_of_forty_courses_needs_its_thickness():
 def test_a_tunnel_with_falling_blocks_is_proved_to_move():
     blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(tunnel_rock()))
     fixed = np.isin(np.arange(blocks.count), blocks.boundary_blocks("west", "east", "south", "north", "bottom", "top"))
-    analysis = LimitAnalysis3D(blocks.moments, blocks.contact_polygons, fixed)
+    analysis = LimitAnalysis3D(blocks.moments, LimitPoints.of(blocks.contact_polygons), fixed)
     found = analysis.analyse(
         weights(blocks.moments, np.full(blocks.count, 26e3)), ConeStrength.coulomb(analysis.points.area, 30)
     )

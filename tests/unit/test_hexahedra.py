@@ -10,6 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.converters.three_d import read_polyhedra
 from bsm_mesh.geometries import GeometryError, barrel_vault, dome
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.strength import ConeStrength
 from tests.scenes.small_case import Case
 
@@ -69,7 +70,7 @@ def test_an_arch_of_one_ring_needs_the_thickness_of_milankovitch(tmp_path, thick
     path = barrel_vault.build(tmp_path / "arch.msh", radius=1.0, thickness=thickness, stones=60, rings=1, length=1.0)
     blocks = read_polyhedra(path, blocks="elements")
     held = np.isin(np.arange(blocks.count), blocks.boundary_blocks("left", "right"))
-    analysis = LimitAnalysis3D(blocks.moments, blocks.contact_polygons, held)
+    analysis = LimitAnalysis3D(blocks.moments, LimitPoints.of(blocks.contact_polygons), held)
     strength = ConeStrength.coulomb(analysis.points.area, 50.0)
     assert analysis.analyse(weights(blocks.moments, np.ones(blocks.count)), strength).admissible == stands
 

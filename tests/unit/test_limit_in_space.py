@@ -10,10 +10,12 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.solve.limit_analysis import limit_analysis, limit_tilt, strength_limit
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.program import ConeProgram
 from bsm_mesh.three_d.limit.strength import ConeStrength
 from bsm_mesh.three_d.limit.ties import Ties
-from tests.scenes.polyhedra import box, model_in_space, on_incline, rotation
+from tests.scenes.polyhedra import box, model_in_space, on_incline, prism, rotation, turned
+from tests.scenes.rock_3d import rotations_held
 from tests.scenes.small_case import Case
 
 EXACT = 1e-5  # of a factor: the search for that of strength ends there
@@ -112,10 +114,45 @@ def _normal(blocks, face):
     return normal / np.linalg.norm(normal)
 
 
+@pytest.mark.parametrize("azimuth", [0.0, 37.0])
+@pytest.mark.parametrize(("trend", "steepest"), [(270.0, 20.0 + 25.0), (90.0, 25.0)])
+def test_an_edge_bears_by_the_normals_of_both_faces(trend, steepest, azimuth):
+    """A block that cannot turn stands with an edge on the edge of another, a wedge of air of 20 degrees between them.
+
+    Pushed towards the wedge it slides along its own face, else along the top of the other block.
+    """
+    upper = [(0, 0), (0, 1), (-1, 1), (-1, np.tan(np.radians(20.0)))]
+    solids = turned([prism([(-1, -1), (0, -1), (0, 0), (-1, 0)]), prism(upper)], rotation(azimuth, 0))
+    model = model_in_space(solids, friction=25)
+    model = model.replace(supports=[*model.supports, rotations_held(model.blocks, [1])])
+    for part, stands in ((0.99, True), (1.01, False)):
+        push = part * np.tan(np.radians(steepest))
+        assert (
+            limit_analysis(model.replace(gravity_horizontal=push, gravity_trend=trend - azimuth)).admissible == stands
+        )
+
+
+@pytest.mark.parametrize(("lifted", "stands"), [(0.0, True), (2.0, False)])
+def test_where_edges_cross_a_block_rests(lifted, stands):
+    """Two wedges, one upside down across the other: neither has a face that separates them."""
+    lower, upper = prism([(-1, -1), (1, -1), (0, 0)]), prism([(0, 0), (1, 1), (-1, 1)])
+    across = rotation(90, 0) @ [0, 0.5, 0]
+    solids = [lower, *[(corners - across + [0, 0.5, 0], faces) for corners, faces in turned([upper], rotation(90, 0))]]
+    model = model_in_space(solids, friction=25, gravity_vertical=lifted)
+    model = model.replace(supports=[*model.supports, rotations_held(model.blocks, [1])])
+    assert limit_analysis(model).admissible == stands
+
+
+def test_a_cube_on_a_part_of_a_table_slides_at_the_friction():
+    table = box((-2, -2, -1), (2, 2, 0))
+    model = model_in_space([table, CUBE], friction=30, gravity_horizontal=0.3)
+    assert_allclose(strength_limit(model).factor, np.tan(np.radians(30)) / 0.3, rtol=1e-4)
+
+
 def test_a_support_that_holds_a_rotation_bears_the_moment():
     """A cube beside a smooth wall hangs on a bar 0.2 m off its centroid: the bar bears W, the other one 0.2 m W."""
     blocks = bsm.Polyhedra.from_solids([box((-1, 0, 0), (0, 1, 1)), CUBE], rock="granite", joint="J1")
-    points = blocks.contact_polygons.points("both")
+    points = LimitPoints.of(blocks.contact_polygons)
     aside = np.array([[0.5, 0.7, 0.5]])
     bars = Ties(
         block=np.array([1, 1]),
@@ -129,7 +166,7 @@ def test_a_support_that_holds_a_rotation_bears_the_moment():
         capacity=np.zeros(0),
         dowel=np.zeros(0),
     )
-    program = ConeProgram(blocks.moments, blocks.contact_polygons, points, np.array([True, False]), bars)
+    program = ConeProgram(blocks.moments, points, np.array([True, False]), bars)
     smooth = ConeStrength.coulomb(points.area, friction=0.0)
     loads = np.array([np.zeros(6), [0, 0, -WEIGHT, 0, 0, 0]])
     found = program.balance(loads, smooth)

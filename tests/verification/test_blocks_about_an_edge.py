@@ -54,5 +54,5 @@ def test_blocks_that_share_an_edge_have_contact_there_unless_others_are_between(
     ways = np.radians(np.arange(0, 361, 60))
     wedges = [[(0, 0), (np.cos(a), np.sin(a)), (np.cos(b), np.sin(b))] for a, b in pairwise(ways)]
     solids = [prism(wedge) for wedge in (wedges if between else [wedges[0], wedges[2]])]
-    touching = BlockSystem(model_in_space(solids)).touching.tolist()
+    touching = BlockSystem(model_in_space(solids)).touching_pairs.tolist()
     assert touching == ([] if between else [[0, 1]])

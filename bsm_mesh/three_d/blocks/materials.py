@@ -13,7 +13,6 @@ from bsm_mesh.model.joint_laws.law import JointLaw
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.rock_faces import law_between, tension_between
 from bsm_mesh.model.values import Rules
-from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 
@@ -64,15 +63,23 @@ class Materials:
         return np.array([by_name[name] for name in blocks.rock_names])[blocks.rock]
 
     def laws(
-        self, blocks: Polyhedra, polygons: ContactPolygons
+        self, blocks: Polyhedra, pair: IntArray, joint: IntArray
     ) -> tuple[tuple[JointLaw | None, ...], IntArray, FloatArray]:
-        """Return the different laws, that of every contact polygon, and its tensile strength [Pa].
+        """Return the different laws, that of every contact, and its tensile strength [Pa].
 
         A law that is None, or an infinite tensile strength: the contact bears whatever comes.
+
+        Parameters
+        ----------
+        blocks : Polyhedra
+            The blocks.
+        pair : (2, m) int
+            The two blocks of every contact.
+        joint : (m,) int
+            Number of its joint in ``blocks.joint_names``; -1 for none.
         """
-        ends = blocks.rock[np.stack([polygons.block_a, polygons.block_b])]
-        bare = polygons.joint < 0
-        kind = np.stack([polygons.joint, np.where(bare, ends.min(axis=0), -1), np.where(bare, ends.max(axis=0), -1)])
+        ends, bare = blocks.rock[pair], joint < 0
+        kind = np.stack([joint, np.where(bare, ends.min(axis=0), -1), np.where(bare, ends.max(axis=0), -1)])
         kinds, number = np.unique(kind, axis=1, return_inverse=True)
         found = [self._law(blocks, *map(int, one)) for one in kinds.T]
         tension = np.array([pull for _, pull in found])

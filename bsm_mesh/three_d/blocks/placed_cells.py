@@ -43,6 +43,16 @@ class PlacedCells:
             first_corner=np.append(0, np.cumsum(sizes))[sides.start],
         )
 
+    def least_along(self, cell: IntArray, point: FloatArray, direction: FloatArray) -> FloatArray:
+        """Return how far every cell (k,) lies ahead of a point (k, 3), in a direction (k, 3), at least, (k,) [m]."""
+        last = np.append(self.first_corner[1:], len(self.corner))
+        count = (last - self.first_corner)[cell]
+        corner, of = spread(self.first_corner[cell], count), np.repeat(np.arange(len(cell)), count)
+        ahead = np.einsum("ij,ij->i", self.corner[corner] - point[of], direction[of])
+        found = np.full(len(cell), np.inf)
+        np.minimum.at(found, of, ahead)
+        return found
+
     def depths(self, pairs: IntArray) -> FloatArray:
         """Return by how much pairs of cells overlap along the face normals of either, the least of all, (p,) [m]."""
         faces, corners = np.diff(self.first_face), np.diff(self.first_corner)

@@ -137,9 +137,7 @@ class Renewal:
         return moves
 
 
-def points_apart(
-    surfaces: Surfaces, catalogue: PolygonCatalogue, start: FloatArray, held: BoolArray, band: float, size: float
-) -> PolygonPoints:
+def points_apart(surfaces: Surfaces, start: FloatArray, held: BoolArray, band: float, size: float) -> PolygonPoints:
     """Return the points of blocks as given (n, 6) that share no face, where they lie apart or touch.
 
     They touch on parts of faces, in edges or in corners. Blocks that meet in a node of the mesh have others between,
@@ -150,7 +148,12 @@ def points_apart(
     flat = -_least(found, -found.found_gap) <= RULES.rounding * size
     between = surfaces.share_corners(*faces) & ~surfaces.are_free(*faces)
     touch = (np.abs(least) <= RULES.rounding * size) & (flat | ~between) & (faces[0] != faces[1])
-    return found.some(((least > RULES.rounding * size) | touch) & catalogue.have_stiffness(found))
+    return found.some((least > RULES.rounding * size) | touch)
+
+
+def touching_points(apart: PolygonPoints, size: float) -> PolygonPoints:
+    """Return those of the points of `points_apart` that touch."""
+    return apart.some(np.abs(apart.found_gap) <= RULES.rounding * size)
 
 
 def _least_gaps(points: PolygonPoints) -> FloatArray:

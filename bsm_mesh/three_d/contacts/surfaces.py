@@ -82,7 +82,7 @@ class Surfaces:
         faces, sizes, slide = faces[sizes > 0], sizes[sizes > 0], slide[sizes > 0]
         near = _are_near(rows, sizes, band, narrow)
         rows, faces, sizes, slide = rows[np.repeat(near, sizes)], faces[near], sizes[near], slide[near]
-        flat, touch = _are_flat(*normal[faces.T]), np.abs(_least_gaps(rows, sizes)) <= narrow
+        flat, touch = are_flat(*normal[faces.T]), np.abs(_least_gaps(rows, sizes)) <= narrow
         there = corners[offsets[faces]], normal[faces]
         rows = at_inner_edges(rows, sizes, block[faces], (flat, touch), there, slide, narrow)
         least = _least_gaps(rows, sizes)
@@ -185,7 +185,7 @@ class Surfaces:
             over_points(polygons.centroid, mean, corners[offsets[side]], normal[side]) for side in (one, other)
         )
         found = rows
-        flat, size = _are_flat(normal[one], normal[other]), self.blocks.moments.size
+        flat, size = are_flat(normal[one], normal[other]), self.blocks.moments.size
         least = RULES.corner_share * np.minimum(size[polygons.block_a], size[polygons.block_b]) ** 2
         bare = (slot < SLOTS - 1) & ~flat[polygon]  # corners where faces meet at an angle
         area = np.where(bare, np.maximum(points.area, least[polygon]), points.area)
@@ -225,7 +225,7 @@ class Surfaces:
         joints = self.blocks.face_joint[self._sides[0]]
         first, second = joints[faces].T
         joint: IntArray = np.where(second >= 0, second, first)
-        bare = np.flatnonzero((joint < 0) & ~_are_flat(*normal[faces.T]))
+        bare = np.flatnonzero((joint < 0) & ~are_flat(*normal[faces.T]))
         if len(bare) and (joints >= 0).any():
             one, other = faces[bare].T
             first, second = joints[self._facing(one, other, normal)], joints[self._facing(other, one, normal)]
@@ -269,7 +269,7 @@ def _are_near(rows: FloatArray, sizes: IntArray, band: float, narrow: float) -> 
     return near
 
 
-def _are_flat(one: FloatArray, other: FloatArray) -> BoolArray:
+def are_flat(one: FloatArray, other: FloatArray) -> BoolArray:
     """Return which pairs of faces, by their normals (q, 3), touch flat."""
     flat: BoolArray = (np.cross(one, other) ** 2).sum(axis=1) < PARALLEL**2
     return flat

@@ -177,7 +177,8 @@ def _given(
         if not is_number(value) or value < 0
     ]
     raise_faults(faults)
-    laws, law, tension = materials.laws(blocks, blocks.contact_polygons)
+    polygons = blocks.contact_polygons
+    laws, law, tension = materials.laws(blocks, np.stack([polygons.block_a, polygons.block_b]), polygons.joint)
     present = np.ones(blocks.count, dtype=bool)
     for name in excavated:
         present[blocks.excavations[name]] = False

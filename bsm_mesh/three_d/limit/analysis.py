@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
-from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.moments import Moments
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.program import NOTHING, ConeProgram, Optimum
 from bsm_mesh.three_d.limit.strength import ConeStrength
 from bsm_mesh.three_d.limit.ties import Ties
@@ -109,12 +109,10 @@ class LimitAnalysis3D:
     ----------
     moments : Moments
         Of the blocks.
-    polygons : ContactPolygons
+    points : LimitPoints
         Where they touch.
     fixed : (n,) bool
         Blocks that bear whatever comes.
-    rule : str
-        Contact points: ``both`` or ``corners``.
     ties : Ties, optional
         Supports of blocks that are not fixed, and bolts.
     """
@@ -122,20 +120,14 @@ class LimitAnalysis3D:
     def __init__(
         self,
         moments: Moments,
-        polygons: ContactPolygons,
+        points: LimitPoints,
         fixed: BoolArray,
-        rule: str = "both",
         ties: Ties | None = None,
     ) -> None:
-        self.moments, self.rule = moments, rule
-        self.chosen = np.flatnonzero(~(fixed[polygons.block_a] & fixed[polygons.block_b]))  # of the polygons given
-        self.polygons = polygons.some(self.chosen)
-        self.points = self.polygons.points(rule)
-        self.program = ConeProgram(moments, self.polygons, self.points, fixed, ties)
-
-    def rows_in(self, polygon: IntArray) -> IntArray:
-        """Return which of the points of the polygons given, of which `polygon` (k,) tells, are points here."""
-        return np.flatnonzero(np.isin(polygon, self.chosen))
+        self.moments = moments
+        self.chosen = np.flatnonzero(~(fixed[points.block_a] & fixed[points.block_b]))  # of the points given
+        self.points = points.some(self.chosen)
+        self.program = ConeProgram(moments, self.points, fixed, ties)
 
     def analyse(self, loads: FloatArray, strength: ConeStrength) -> ConeAnalysis:
         """Return whether forces within strength balance loads (n, 6) [N, N m], and the mechanism if not."""
@@ -156,8 +148,8 @@ class LimitAnalysis3D:
         rates[:, 3:] *= self.program.radius[:, None]
         speed = np.linalg.norm(rates, axis=1)
         still = speed < SLOW * speed.max()
-        part = LimitAnalysis3D(self.moments, self.polygons, self.program.fixed | still, self.rule, self.program.ties)
-        rows = part.rows_in(self.points.polygon)
+        part = LimitAnalysis3D(self.moments, self.points, self.program.fixed | still, self.program.ties)
+        rows = part.chosen
         some = replace(
             strength, slope=strength.slope[rows], intercept=strength.intercept[rows], tension=strength.tension[rows]
         )

@@ -19,6 +19,7 @@ from bsm_mesh.results.evidence import Proof
 from bsm_mesh.solve.stages.as_built import in_stage
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.limit.analysis import MOST, ConeAnalysis, LimitAnalysis3D
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.strength import ConeStrength, cone_strength
 from bsm_mesh.three_d.limit.ties import Ties
 from bsm_mesh.three_d.step.block_system import BlockSystem
@@ -51,21 +52,19 @@ class ModelProgram:
         Raises
         ------
         ModelError
-            If blocks touch on parts of faces or at edges, a law has no straight lines, or there are too many points.
+            If a law has no straight lines, or there are too many points.
         """
         assert in_space(model.blocks)
         blocks, system = model.blocks, BlockSystem(model)
-        if system.touching.size:
-            raise ModelError(
-                "limit analysis: blocks touch on parts of faces or at edges, which it does not know; run the model"
-            )
         held = system.prescribed_blocks
         rule = "corners" if model.contact_points == "corners" else "both"
-        analysis = LimitAnalysis3D(blocks.moments, blocks.contact_polygons, held, rule, Ties.of(model, held))
+        points = LimitPoints.of(blocks.contact_polygons, rule)
+        points = points.with_more(LimitPoints.touching(blocks, system.touching, system.size))
+        analysis = LimitAnalysis3D(blocks.moments, points, held, Ties.of(model, held))
         if analysis.points.count > most:
             raise ModelError(f"limit analysis: {analysis.points.count} contact points are too many for one in a run")
         materials = Materials.checked(blocks, model.rocks, model.joints, model.default_joint)
-        strength = cone_strength(materials, blocks, analysis.polygons, analysis.points)
+        strength = cone_strength(materials, blocks, analysis.points)
         return cls(analysis=analysis, loads=system.loads, strength=strength)
 
     def analyse(self) -> ConeAnalysis:
@@ -216,7 +215,7 @@ def _points_of(model: Model, analysis: LimitAnalysis3D, joints: Sequence[str] | 
         raise ModelError(f"limit analysis: there is no joint '{strange[0]}'; joints: {', '.join(sorted(known))}")
     names = [*model.blocks.joint_names, model.default_joint]  # the last: faces without a joint, -1
     chosen = np.array([rocks if name is None else joints is None or name in joints for name in names])
-    found: BoolArray = chosen[analysis.polygons.joint[analysis.points.polygon]]
+    found: BoolArray = chosen[analysis.points.joint]
     return found
 
 

@@ -9,12 +9,12 @@ import clarabel
 import numpy as np
 from scipy.sparse import block_array, coo_array, csc_array, hstack, vstack
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.solve.limit.conic import Answer, solve_conic
-from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
 from bsm_mesh.three_d.blocks.moments import Moments
 from bsm_mesh.three_d.blocks.polygons import tangents
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.strength import ConeStrength
 from bsm_mesh.three_d.limit.ties import Ties
 
@@ -61,7 +61,7 @@ class ConeProgram:
     ----------
     moments : Moments
         Of the blocks.
-    polygons, points : ContactPolygons, ContactPoints
+    points : LimitPoints
         Where blocks touch.
     fixed : (n,) bool
         Blocks that bear whatever comes.
@@ -72,17 +72,15 @@ class ConeProgram:
     def __init__(
         self,
         moments: Moments,
-        polygons: ContactPolygons,
-        points: ContactPoints,
+        points: LimitPoints,
         fixed: BoolArray,
         ties: Ties | None = None,
     ) -> None:
         self.fixed, self.points, self.radius = fixed, points, moments.gyration
         self.ties = ties or Ties.none()
         self.centroid = moments.centroid
-        self.block_a, self.block_b = polygons.block_a[points.polygon], polygons.block_b[points.polygon]
-        normal = polygons.normal[points.polygon]
-        self.basis = np.stack([normal, *tangents(normal)], axis=1)
+        self.block_a, self.block_b = points.block_a, points.block_b
+        self.basis = np.stack([points.normal, *tangents(points.normal)], axis=1)
         self.free = np.flatnonzero(~fixed)
         if not len(self.free):
             raise ModelError("limit analysis: all blocks are fixed; nothing can fail")
@@ -256,9 +254,3 @@ class ConeProgram:
         relative = at[1] - at[0]
         along = np.einsum("ij,ij->i", relative, self.basis[:, 0])
         return -along, relative - along[:, None] * self.basis[:, 0]
-
-
-def points_of(polygons: ContactPolygons, chosen: IntArray) -> tuple[ContactPolygons, ContactPoints]:
-    """Return some contact polygons with their points, corners and centroid."""
-    some = polygons.some(chosen)
-    return some, some.points("both")

@@ -10,9 +10,9 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws.law import StraightLaw
 from bsm_mesh.model.strength import law_name
-from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.limit.points import LimitPoints
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -54,9 +54,7 @@ class ConeStrength:
         )
 
 
-def cone_strength(
-    materials: Materials, blocks: Polyhedra, polygons: ContactPolygons, points: ContactPoints
-) -> ConeStrength:
+def cone_strength(materials: Materials, blocks: Polyhedra, points: LimitPoints) -> ConeStrength:
     """Return the strength of contact points.
 
     Where a contact has tensile strength the lines are shifted by it: a little more than it bears.
@@ -66,11 +64,11 @@ def cone_strength(
     ModelError
         For a law that has no straight lines.
     """
-    laws, number, pulls = materials.laws(blocks, polygons)
+    laws, number, pulls = materials.laws(blocks, np.stack([points.block_a, points.block_b]), points.joint)
     slope, intercept = np.zeros((points.count, 1)), np.full((points.count, 1), np.inf)
-    tension = pulls[points.polygon] * points.area
+    tension = pulls * points.area
     for k, law in enumerate(laws):
-        rows = np.flatnonzero((number[points.polygon] == k) & np.isfinite(tension))
+        rows = np.flatnonzero((number == k) & np.isfinite(tension))
         if law is None or not rows.size:
             continue
         if not isinstance(law, StraightLaw):

@@ -28,7 +28,7 @@ from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, pairs
 from bsm_mesh.three_d.contacts.kernels import max_relative_movement
 from bsm_mesh.three_d.contacts.meetings import Meetings
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
-from bsm_mesh.three_d.contacts.renewal import SLID, Renewal, points_apart
+from bsm_mesh.three_d.contacts.renewal import SLID, Renewal, points_apart, touching_points
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
 from bsm_mesh.three_d.loads import ExternalLoads
@@ -37,7 +37,7 @@ from bsm_mesh.three_d.loads import ExternalLoads
 class BlockSystem(System):
     """The polyhedra of a model in large displacement.
 
-    `touching` (k, 2) has the pairs of blocks that share no face, and touch as given on parts of faces or at edges.
+    `touching` has the points of blocks as given that touch on parts of faces, at edges or at corners.
 
     A position (n, 6) is the displacement of every centroid and its rotation vector, from the given geometry.
 
@@ -73,10 +73,9 @@ class BlockSystem(System):
         assert in_space(model.blocks)
         held, band = self.prescribed_blocks, BAND * self.d
         surfaces = Surfaces(blocks=model.blocks, rule=model.contact_points)
-        apart = points_apart(surfaces, self.catalogue, self.start, held, band, self.size)
-        touch = np.abs(apart.found_gap) <= RULES.rounding * self.size
-        pairs = np.sort(np.stack([apart.block_a, apart.block_b], axis=1)[touch], axis=1)
-        self.touching = np.unique(pairs, axis=0)
+        apart = points_apart(surfaces, self.start, held, band, self.size)
+        apart = apart.some(self.catalogue.have_stiffness(apart))
+        self.touching = touching_points(apart, self.size)
         given = given_points(model, held).with_more(apart)
         known = pairs_of(given.block_a, given.block_b)
         return Renewal(
@@ -90,6 +89,13 @@ class BlockSystem(System):
             size=self.size,
             band=band,
         )
+
+    @property
+    def touching_pairs(self) -> IntArray:
+        """Pairs of blocks that share no face, and touch as given, (k, 2)."""
+        pairs = np.sort(np.stack([self.touching.block_a, self.touching.block_b], axis=1), axis=1)
+        found: IntArray = np.unique(pairs, axis=0)
+        return found
 
     def _rotary(self, weight: FloatArray) -> FloatArray:
         rotary: FloatArray = weight * self.model.blocks.moments.gyration**2
