@@ -1,5 +1,7 @@
 """Limit analysis with friction cones: sliding, toppling, torsion, wedges, domes; the proof by sums alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -12,6 +14,7 @@ from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
 from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.rock_mass import analyse_rock
 from bsm_mesh.three_d.limit.strength import ConeStrength, cone_strength
+from tests.scenes.polyhedra import prism
 from tests.scenes.rock_3d import WEDGES, dome, tunnel_rock, wedge_factor, wedge_rock
 from tests.unit.test_polyhedra import box, rotation
 
@@ -181,6 +184,20 @@ def test_water_in_a_joint_takes_pressure_off_it(pressure, admissible):
     model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=26e3)], joints=[joint])
     loads = RockLoads(model, (0.3, 0, -1), {"A": pressure}).on_blocks(both)
     assert analyse_rock(blocks, materials, both, free=free, loads=loads).admissible == admissible
+
+
+@pytest.mark.parametrize(("aside", "admissible"), [(0.0, True), (0.1, False)])
+def test_a_block_on_an_edge_alone_is_balanced_where_its_weight_is_above_it(aside, admissible):
+    """Its foot is an edge on the ridge of the block below, between wedges of air."""
+    lower, upper = prism([(-1, -1), (1, -1), (1, -0.3), (0, 0), (-1, -0.3)]), prism([(0, 0), (1, 0.3), (-1, 0.3)])
+    upper[0][2::3, 0] += aside
+    blocks = bsm.Polyhedra.from_solids([lower, upper], rock="granite", joint="J1")
+    low = np.minimum.reduceat(blocks.vertices[blocks.face_vertices, 2], blocks.face_offsets[:-1])
+    high = np.maximum.reduceat(blocks.vertices[blocks.face_vertices, 2], blocks.face_offsets[:-1])
+    blocks = replace(blocks, boundaries={"bottom": np.flatnonzero((low == -1) & (high == -1))})
+    joint = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))
+    materials = Materials.checked(blocks, [bsm.Rock("granite", unit_weight=26e3)], [joint], None)
+    assert analyse_rock(blocks, materials, np.ones(2, dtype=bool)).admissible == admissible
 
 
 def test_materials_give_every_contact_its_law():
