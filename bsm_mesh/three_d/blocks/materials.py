@@ -67,7 +67,7 @@ class Materials:
     ) -> tuple[tuple[JointLaw | None, ...], IntArray, FloatArray]:
         """Return the different laws, that of every contact, and its tensile strength [Pa].
 
-        A law that is None, or an infinite tensile strength: the contact bears whatever comes.
+        A law that is None, or an infinite tensile strength: its strength has no limit.
 
         Parameters
         ----------

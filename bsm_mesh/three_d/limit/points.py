@@ -32,7 +32,7 @@ class LimitPoints:
     normal : (m, 3) float64
         Unit normal that points into block_a.
     area : (m,) float64 [m2]
-        The area that the point stands for.
+        The area that the point represents.
     """
 
     block_a: IntArray
