@@ -99,7 +99,7 @@ ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "overlap": {"blocks", "contacts"},
     "in_situ": {"contacts", "step", "stress_field"},
     "mechanics": {"contacts", "in_situ", "motion", "record", "step"},
-    "limit": {"blocks", "bolts", "step"},
+    "limit": {"blocks", "bolts", "contacts", "model", "step"},
     "key_blocks": {"blocks", "loads", "model", "water"},
 }
 
