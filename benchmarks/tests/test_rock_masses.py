@@ -72,11 +72,14 @@ def test_the_table_of_loaded_masses_names_the_exceptions():
             "glued": [4],
         },
     ]
+    unexplained = {**records[2], "seed": 4, "translating": ("unstable", [4])}
     text = loaded_masses.table(records)
     assert "1 of 3 `stable` against the proof (seeds [2]); 0 of 3 without a verdict" in text
     assert "0 of 1 move blocks only that block theory names" in text
     assert "1 of the other 1 do so with the rotation of every block held" in text
-    assert "0 with a tensile strength of joints as great as their cohesion, 1 with one of both (seeds [3])" in text
+    assert "0 with a tensile strength of joints of 10 times their cohesion; limit analysis proves that 0 must" in text
+    assert "none of this explains 0 (seeds [])" in text
+    assert "none of this explains 1 (seeds [4])" in loaded_masses.table([*records, unexplained])
     assert "| slope | inadmissible | stable | 1 |" in text
 
 
