@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.model.notes import notes_in_space
     from bsm_mesh.three_d.model.parts import some_polyhedra
     from bsm_mesh.three_d.model.supports import bars_in_space
+    from bsm_mesh.three_d.overlap import overlap_faults
     from bsm_mesh.three_d.proof import proof_in_space
     from bsm_mesh.three_d.step.block_system import BlockSystem
 
@@ -41,6 +42,7 @@ __all__ = [
     "joint_polygons",
     "limit_in_space",
     "notes_in_space",
+    "overlap_faults",
     "pass_polyhedra",
     "polyhedra_at",
     "proof_in_space",
@@ -63,6 +65,7 @@ HOMES = {
     "joint_polygons": "bsm_mesh.three_d.joint_polygons",
     "limit_in_space": "bsm_mesh.three_d.limit.of_model",
     "notes_in_space": "bsm_mesh.three_d.model.notes",
+    "overlap_faults": "bsm_mesh.three_d.overlap",
     "pass_polyhedra": "bsm_mesh.three_d.model.bolts",
     "polyhedra_at": "bsm_mesh.three_d.blocks.cell_sides",
     "proof_in_space": "bsm_mesh.three_d.proof",

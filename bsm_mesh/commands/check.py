@@ -150,7 +150,9 @@ def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
         notes.append("for bsm-mesh key-blocks only: bsm-mesh run needs a [[support]]")
     else:
         with placed(loaded.path.name):
-            space.refuse_unready(loaded.model, solver_faults(loaded.options), loaded.options.scheme)
+            assert in_space(loaded.model.blocks)
+            found = [*solver_faults(loaded.options), *space.overlap_faults(loaded.model.blocks)]
+            space.refuse_unready(loaded.model, found, loaded.options.scheme)
             touching = space.BlockSystem(
                 loaded.model
             ).touching_pairs  # refuses contacts, bolts and supports as the run does

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.contacts.history import PointHistory
-from bsm_mesh.three_d.overlap import unexplained_overlap
+from bsm_mesh.three_d.overlap import overlap_faults, unexplained_overlap
 from bsm_mesh.three_d.record import notes_on_passed
 from bsm_mesh.three_d.step.block_system import BlockSystem
 from tests.scenes.polyhedra import box, model_in_space
@@ -78,6 +78,23 @@ def test_a_stage_whose_blocks_overlap_is_not_at_rest():
     sunk = stage.displacement - np.array([[0] * 6, [0, 0, 0.02, 0, 0, 0]])
     faults = replace(results, stages=(replace(stage, displacement=sunk),)).check().faults
     assert any("blocks have passed into each other by 0.0024 of a block's volume" in fault for fault in faults)
+
+
+def test_stones_that_overlap_as_given_are_refused():
+    """A cube 0.1 m deep in one below it would find no contact and fall through it."""
+    sunk = box((-0.2, -0.5, 0.9), (0.8, 0.5, 1.9))
+    fault = "blocks 1 and 2 overlap by 0.07 m3 near \\(0.15, 0, 0.95\\); remove one of them or make their faces meet"
+    with pytest.raises(bsm.ModelError, match=fault):
+        bsm.run(model_in_space([TABLE, CUBE, sunk], friction=30, fixed=[0]))
+
+
+@pytest.mark.parametrize("origin", [(0, 0, 0), (5e5, 4.2e6, 300)])
+@pytest.mark.parametrize("depth", [0.5e-3, 0, -0.1])
+def test_stones_that_touch_do_not_overlap(depth, origin):
+    """Side by side, on a part of a face, over a gap, or closer by less than a thousandth of their size."""
+    solids = [TABLE, CUBE, box((0.5, -0.5, 0), (1.5, 0.5, 1)), box((0.1, 0.2, 1 - depth), (1.1, 1.2, 2 - depth))]
+    placed = [(np.add(corners, origin), faces) for corners, faces in solids]
+    assert overlap_faults(bsm.Polyhedra.from_solids(placed, rock="granite", joint="J1")) == []
 
 
 @pytest.mark.heavy

@@ -109,11 +109,21 @@ def _stage_faults(stage: object) -> Iterable[str]:
             yield f"stage '{name}': {key} is for the plane; leave it out"
 
 
-def refuse_unready(model: Model, solver_faults: tuple[str, ...], scheme: str) -> None:
-    """Raise a `ModelError` with everything that forbids to run a model of polyhedra."""
+def refuse_unready(model: Model, found: Iterable[str], scheme: str) -> None:
+    """Raise a `ModelError` with everything that forbids to run a model of polyhedra.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    found : iterable of str
+        Faults of solver and geometry found before, a sentence each.
+    scheme : str
+        Of the solver.
+    """
     bars = bars_of(model.supports, model.blocks)
     assert in_space(model.blocks)
-    faults = list(solver_faults)
+    faults = list(found)
     if scheme != "continuation":
         faults.append(f"scheme = '{scheme}' is for the plane; polyhedra are solved by 'continuation'")
     if not len(bars.block):
