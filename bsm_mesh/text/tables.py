@@ -69,10 +69,11 @@ def print_table(
     # numbers wrap rather than lose their end, where they alone are too wide beside the words of texts
     least = [min(cell, LONGEST_WORD) if k < texts else cell for k, cell in enumerate(widest_cells)]
     is_crowded = len(header) > 2 and sum(least) + 3 * len(header) > console.width
+    name_fits = widest_cells[0] + min(widest_cells[-1], LONGEST_WORD) + 3 * len(header) <= console.width
     for number, name in enumerate(header):
         is_text = number < texts
-        # of a thing and its value the value wraps where both are too wide, and the thing stays
-        no_wrap = number == 0 if len(header) == 2 else not is_text or (number == 0 and texts > 1)
+        # of a thing and its value the value wraps where both are too wide, and the thing stays if it leaves room for it
+        no_wrap = number == 0 and name_fits if len(header) == 2 else not is_text or (number == 0 and texts > 1)
         no_wrap = no_wrap and not (last_wraps and number == len(header) - 1) and (is_text or not is_crowded)
         words = [] if no_wrap else " ".join([name, *(row[number] for row in rows)]).split()
         widest = min(max(map(len, words), default=1), LONGEST_WORD)

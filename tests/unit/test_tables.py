@@ -142,6 +142,17 @@ def test_numbers_that_are_too_wide_for_a_terminal_keep_their_units(capsys: pytes
     assert " ".join(lines).split().count("mm") == 5
 
 
+def test_a_thing_wider_than_a_terminal_leaves_room_for_its_value(capsys: pytest.CaptureFixture[str]) -> None:
+    wide = "of these after blocks fell or moved by more than a tenth of their size (movement_limit makes them failures)"
+    print_table("A study", ("", ""), [("runs", "60"), (wide, "5"), ("probability of failure", "0.1685 to 0.4159")])
+    lines = capsys.readouterr().out.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    words = " ".join(lines).split()
+    assert [word for word in words if word[0].isdigit()] == ["60", "5", "0.1685", "0.4159"]
+    assert " ".join(words).startswith("A study runs 60 of these after blocks fell")
+    assert words.count("failures)") == 1
+
+
 @pytest.mark.heavy
 def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -> None:
     print_table("A title that is longer than its table by far", ("a", "b"), [("1", "2")])
