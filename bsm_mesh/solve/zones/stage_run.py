@@ -120,7 +120,7 @@ class StageRun:
         equations = self.equations(stays, self.loads_on(stays))
         old = equations.at(state.u, equations.free.none)
         excavation = old.residual - state.held_back(0.0) - self.reactions
-        state.unreleased.append((excavation, 0.0))
+        state.unreleased.append((equations.free.on_free(excavation), 0.0))  # supports hold the rest
         state.model = model_in_stage(of.model, number)
         if state.joints is not None:
             state.joints = state.joints.with_strength_of(state.model)

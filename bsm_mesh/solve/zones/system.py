@@ -59,6 +59,13 @@ class FreeUnknowns:
         left: FloatArray = turned[self.free] - self.rows.T @ multipliers
         return left
 
+    def on_free(self, forces: FloatArray) -> FloatArray:
+        """Return forces (N,) without those on unknowns that supports hold, or of no cell."""
+        turned = forces if self.turn is None else self.turn.T @ forces
+        kept = np.zeros_like(turned)
+        kept[self.free] = turned[self.free]
+        return self._back(kept)
+
     def reduced_columns(self, rows: Any) -> Any:
         """Return rows (m, N) on the free unknowns, (m, free)."""
         return sp.csr_matrix(rows if self.turn is None else rows @ self.turn)[:, self.free]
