@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray, Portable, show_only
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 
 ON_LINE = 1e-6  # of a part's length: what is further from a line does not lie on it
 NEAR = 0.5  # of a part's length: what is further from it is on no part
@@ -41,6 +41,10 @@ class FaceWater(Portable):
     def scaled(self, share: float) -> FaceWater:
         """Return a share of the pressures."""
         return replace(self, pressure=share * self.pressure)
+
+    def chosen(self, parts: BoolArray) -> FaceWater:
+        """Return the water on some of the parts (p,)."""
+        return FaceWater(edge=self.edge[parts], ends=self.ends[parts], pressure=self.pressure[parts])
 
     def of_corners(self, corner: IntArray) -> FaceWater:
         """Return the water on the edges of a submodel, whose corners have the numbers `corner` (k,), rising, here."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.face_water import FaceWater
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.water_kernels import add_face_forces, add_field_change, end_forces
@@ -34,8 +35,20 @@ class WaterLoad:
         self.of_joint = np.full(len(names) + 1, np.nan)  # the last: rock
         for name, pressure in self.water.joint_pressure.items():
             self.of_joint[names.index(name)] = pressure
-        self.patches = _patches(model, self.of_joint) if self.water.joint_pressure else self.on_parts
+        self.patches, self._across = self.on_parts, np.zeros(0, np.int32)  # blocks on the other side of joints' patches
+        if self.water.joint_pressure:
+            self.patches, self._across = _patches(model, self.of_joint)
         self.acts = bool(np.isfinite(self.surface.level).any() or self.patches is not None)
+
+    def of_present(self, present: BoolArray) -> WaterLoad:
+        """Return the water where some blocks (n,) alone are there: a joint's own pressure acts between two of them.
+
+        On faces that a removed block has bared the table's pressure acts.
+        """
+        found = copy(self)
+        if self.patches is not None and self.water.joint_pressure:
+            found._across, found.patches = self._across[kept := present[self._across]], self.patches.chosen(kept)
+        return found
 
     def on_faces(self, start: FloatArray, end: FloatArray, joint: IntArray | None = None) -> FloatArray:
         """Return the pressure forces at both ends of faces, (k, 2) [N/m].
@@ -154,8 +167,8 @@ class WaterLoad:
         return self.on_parts.points(self.blocks.vertices, self.blocks.following)
 
 
-def _patches(model: Model, of_joint: FloatArray) -> FaceWater:
-    """Return the pressure on both sides of the faces of joints with one given."""
+def _patches(model: Model, of_joint: FloatArray) -> tuple[FaceWater, IntArray]:
+    """Return the pressure on both sides of the faces of joints with one given, and the block across each, (p,)."""
     from bsm_mesh.model.face_stiffness import face_joints
     from bsm_mesh.model.faces import find_faces
 
@@ -169,4 +182,5 @@ def _patches(model: Model, of_joint: FloatArray) -> FaceWater:
     square = (along**2).sum(axis=1)
     part = np.stack([((at - blocks.vertices[edge]) * along).sum(axis=1) / square for at in (start, end)], axis=1)
     given = np.tile(pressure[chosen], 2)
-    return FaceWater(edge=edge.astype(np.int32), ends=part, pressure=np.stack([given, given], axis=1))
+    found = FaceWater(edge=edge.astype(np.int32), ends=part, pressure=np.stack([given, given], axis=1))
+    return found, np.roll(blocks.owner[edge], len(chosen))

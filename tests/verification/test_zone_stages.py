@@ -39,3 +39,20 @@ def test_reactions_while_a_part_of_the_excavation_is_held_back(zones):
     assert_allclose([stage.reactions[0, 1] + stage.loads[:, 1].sum() for stage in results.stages], 0, atol=1e-2)
     assert_allclose(results.stages[1].displacement[1:3, 1], np.array([0.6, 1.2]) * WEIGHT / KN, rtol=1e-4)
     assert results.check().ok
+
+
+@pytest.mark.parametrize("zones", ["rigid", "small"])
+@pytest.mark.parametrize("at_once", [True, False])
+def test_a_joint_that_is_laid_bare_is_dry(zones, at_once):
+    """Its own pressure acts between blocks: the upper of two that stay is lifted by it, and nothing presses on top."""
+    pressure = 5e3
+    water = bsm.Water(table=[], joint_pressure={"J": pressure})
+    dug = bsm.Stage("dug", excavate=[3], water=water if at_once else None)
+    stages = [dug] if at_once else [dug, bsm.Stage("water", water=water)]
+    results = bsm.run(stack(zones, stages=stages))
+    last = results.stages[-1]
+    assert_allclose(last.water[:3, 1], [-pressure, 0, pressure], atol=1e-3)
+    assert_allclose(last.reactions[:, 1].sum(), BASE + 2 * WEIGHT, rtol=1e-6)
+    lower = -(2 * WEIGHT - pressure) / KN
+    assert_allclose(last.displacement[1:3, 1], [lower, lower - (WEIGHT - pressure) / KN], rtol=1e-4)
+    assert results.check().ok

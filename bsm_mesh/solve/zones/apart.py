@@ -178,7 +178,8 @@ class Apart:
             between = present[self.joints.block].all(axis=1)
             found = found + self.joints.opening_rows.T @ (history.water * between)
         left = (
-            water.load.on_blocks(blocks.vertices, blocks.moments.centroid) - self.sums(found, *self.as_given)
+            water.load.of_present(present).on_blocks(blocks.vertices, blocks.moments.centroid)
+            - self.sums(found, *self.as_given)
         ) * present[:, None]
         block, arm = np.arange(blocks.count, dtype=np.int32), np.zeros((blocks.count, 2))
         arm[:, 0] = blocks.moments.gyration

@@ -141,7 +141,7 @@ def _of_strains(of: Continuum, end: StageEnd) -> tuple[str, ...]:
 
 def _water(end: StageEnd) -> WaterLoad:
     water = None if end.water is None else end.water.load.water
-    return WaterLoad(end.model.replace(water=water, stages=(), bolts=()))
+    return WaterLoad(end.model.replace(water=water, stages=(), bolts=())).of_present(end.present)
 
 
 def _of_water(of: Continuum, end: StageEnd, water: WaterLoad, place: Placement) -> tuple[FloatArray, FloatArray]:
