@@ -11,7 +11,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.contact.corner_joints import edges_of_corners
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.face_stiffness import compliance, least_depth
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
@@ -116,10 +116,11 @@ class LawCatalogue:
     def refuse_rigid(self, rigid: BoolArray, block_a: IntArray, block_b: IntArray) -> None:
         """Raise a `ModelError` for the first of the contacts (m,) that are rigid: without a joint, of rigid rocks."""
         if (stiff := np.flatnonzero(rigid)).size:
-            a, b = int(block_a[stiff[0]]), int(block_b[stiff[0]])
+            centroid = self._model.blocks.moments.centroid  # in a stage blocks have other numbers than in the whole
+            a, b = (place(centroid[of[stiff[0]]]) for of in (block_a, block_b))
             raise ModelError(
-                f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
-                "or default_joint = ..., the joint of all faces without one"
+                f"the blocks at {a} and {b} m meet without a joint and their rocks are rigid; give the rock young and "
+                "poisson, or default_joint = ..., the joint of all faces without one"
             )
 
     def closure_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:

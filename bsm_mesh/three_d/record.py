@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import counted
+from bsm_mesh.errors import counted, place
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
@@ -48,18 +48,22 @@ def outcome_of(
         bolts=bolts,
         evidence=evidence_of(system, motion, kept),
     )
-    notes = (*outcome.stage.notes, *notes_on_passed(*system.passed_faces(motion.contacts, motion.position)))
+    pairs, depth = system.passed_faces(motion.contacts, motion.position)
+    notes = (*outcome.stage.notes, *notes_on_passed(system.centroid[pairs], depth))
     return replace(outcome, stage=replace(outcome.stage, notes=notes))
 
 
-def notes_on_passed(pairs: IntArray, depth: FloatArray) -> list[str]:
-    """Return a note on pairs of blocks (k, 2) whose faces have passed each other by depths (k,) [m]."""
-    if not len(pairs):
+def notes_on_passed(centroids: FloatArray, depth: FloatArray) -> list[str]:
+    """Return a note on pairs of blocks whose faces have passed each other by depths (k,) [m].
+
+    Their centroids as given (k, 2, 3) [m] name them: in a stage blocks have other numbers than in the whole.
+    """
+    if not len(depth):
         return []
-    a, b = pairs[depth.argmax()].tolist()
+    a, b = map(place, centroids[depth.argmax()])
     return [
-        f"faces of {counted(len(pairs), 'pair')} of blocks have passed each other without contact, by up to "
-        f"{depth.max():.3g} m (blocks {a} and {b}); no force acts there"
+        f"faces of {counted(len(depth), 'pair')} of blocks have passed each other without contact, by up to "
+        f"{depth.max():.3g} m (the blocks at {a} and {b} m); no force acts there"
     ]
 
 

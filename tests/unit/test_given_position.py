@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.errors import place
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.stages.given_position import notes_on_given_position
@@ -82,6 +83,26 @@ def test_a_block_whose_own_faces_have_no_joint_is_held_on_a_free_face_without_a_
 def test_rigid_blocks_cannot_meet_where_neither_has_a_joint():
     with pytest.raises(bsm.ModelError, match="meet without a joint and their rocks are rigid"):
         bsm.run(onto_a_free_face(bsm.Rock("rock", unit_weight=25e3)), CONTINUATION)
+
+
+def test_blocks_that_cannot_meet_in_a_stage_are_named_by_their_places():
+    """The excavation of the first block gives all others other numbers in that stage."""
+    model = onto_a_free_face(bsm.Rock("rock", unit_weight=25e3))
+    given = model.blocks
+    shapes = np.split(given.vertices, given.offsets[1:-1])
+    blocks = bsm.Blocks.from_polygons([rectangle(20, 0, 21, 1), *shapes], rock="rock")
+    joints = np.concatenate([np.full(4, -1, np.int32), given.edge_joint])
+    law = bsm.MohrCoulomb(friction=45)
+    staged = model.replace(
+        blocks=blocks.with_edge_joints(joints, given.joint_names),
+        joints=[bsm.Joint("bed", 1e9, 1e9, law=law)],
+        supports=[bsm.Fixed(blocks=[0, 1, 2])],
+        stages=[bsm.Stage("wet", excavate=[0], strength={"bed": 0.27})],
+    )
+    with pytest.raises(bsm.ModelError) as refused:
+        bsm.run(staged, CONTINUATION)
+    low, _, slab = given.moments.centroid
+    assert f"the blocks at {place(low)} and {place(slab)} m meet without a joint" in str(refused.value)
 
 
 def test_without_a_stop_or_with_strength_nothing_is_told_of_contacts():

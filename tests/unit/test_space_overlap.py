@@ -122,11 +122,11 @@ def test_faces_that_pass_each_other_are_told(depth, passed):
     pairs, deep = system.passed_faces(contacts, position)
     assert pairs.tolist() == [[0, 1]] * passed
     assert contacts.count == (0 if passed else 5)
-    said = notes_on_passed(pairs, deep)
+    said = notes_on_passed(system.centroid[pairs], deep)
     assert len(said) == passed
     if passed:
         assert_allclose(deep, depth)
         assert (
-            "faces of 1 pair of blocks have passed each other without contact, by up to 0.05 m (blocks 0 and 1)"
-            in said[0]
+            "faces of 1 pair of blocks have passed each other without contact, by up to 0.05 m "
+            "(the blocks at (0, 0, -0.5) and (0, 0, 1.5) m)" in said[0]
         )
