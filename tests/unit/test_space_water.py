@@ -147,3 +147,20 @@ def test_planes_of_head_are_for_polyhedra_and_tables_for_the_plane():
         on_incline(0).replace(water=bsm.Water(table=[(0, 1)]))
     with pytest.raises(bsm.ModelError, match="must be three numbers"):
         bsm.HeadPlane(point=(0, 1))
+
+
+@pytest.mark.parametrize(("side", "said"), [(2, True), (0.5, False)])
+def test_stones_on_a_part_of_a_face_have_no_water_of_their_joint_and_a_note_says_so(side, said):
+    """A cube on a table of 4 x 4 m sinks by its whole weight; on one of its own size it has the uplift."""
+    table = box((-side, -side, -1), (side, side, 0))
+    water = bsm.Water(joint_pressure={"J1": 10e3})
+    model = model_in_space([table, box((-0.5, -0.5, 0), (0.5, 0.5, 1))], fixed=[0], water=water)
+    stage = bsm.run(model, OPTIONS).stages[0]
+    assert_allclose(stage.displacement[1, 2], -(26e3 - (0 if said else 10e3)) / 1e9, rtol=1e-6)
+    notes = [note for note in stage.notes if "joint_pressure does not act" in note]
+    assert len(notes) == said
+    if said:
+        assert "1 pair of blocks touch on a part of a face" in notes[0]
+        assert "(the blocks at (0, 0, -0.5) and (0, 0, 0.5) m, 1 m2)" in notes[0]
+    dry = bsm.run(model.replace(water=bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 0.5)))), OPTIONS).stages[0]
+    assert not any("joint_pressure" in note for note in dry.notes)
