@@ -15,7 +15,7 @@ from bsm_mesh.converters.exports.parts import (
     left_out,
     unit_weights,
 )
-from bsm_mesh.errors import ModelError, listing
+from bsm_mesh.errors import ModelError, numbered
 from bsm_mesh.files import write_text
 from bsm_mesh.model.model import Model
 
@@ -82,6 +82,5 @@ def refuse_concave(model: Model) -> None:
     concave = np.unique(blocks.owner[turn < -1e-9 * size**2])
     if concave.size:
         raise ModelError(
-            f"blocks {listing(concave)} are concave, which this program does not take; mesh them finer: "
-            'blocks = "elements"'
+            f'{numbered("block", concave)}: concave, which this program does not take; mesh finer: blocks = "elements"'
         )

@@ -55,7 +55,7 @@ def test_concave_blocks_become_triangles_and_junctions_are_told(tmp_path: Path) 
     blocks, _ = read_mesh(tmp_path / "a.inp", blocks="elements")
     assert_allclose(blocks.moments.area.sum(), 5 + 1)
     assert any("T-junctions" in text for text in remarks)
-    with pytest.raises(ModelError, match="blocks 0 are concave, which this program does not take"):
+    with pytest.raises(ModelError, match="block 0: concave, which this program does not take; mesh finer"):
         export(model, "lmgc90", tmp_path / "a.py")
 
 
