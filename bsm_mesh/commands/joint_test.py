@@ -62,6 +62,7 @@ def run_joint_test(
     """Test a joint of a model file, and a bolt across it; write tables and pictures, and print the result."""
     loaded = load_model_file(path, scripts=scripts)
     given = _joint_of(loaded.model, joint)
+    chosen = None if bolt is None else _bolt_of(loaded.model, bolt)
     stresses = tuple(_number("--normal-stress", text, TEST_STRESS) for text in normal_stress) or STRESSES
     farthest = _number("--displacement", displacement, SHEAR_MOVEMENT)
     overlaid = [read_laboratory(file) for file in laboratory]
@@ -84,8 +85,7 @@ def run_joint_test(
             draw_opening(shear, title, draft)
         files.append("joint_opening.png")
     bolts: dict[str, BoltCurve] = {}
-    if bolt is not None:
-        chosen = _bolt_of(loaded.model, bolt)
+    if chosen is not None:
         bolts = {
             "pulled": pull_bolt(chosen, farthest, inclination=inclination),
             "sheared": shear_bolt(chosen, farthest, inclination=inclination),

@@ -187,6 +187,7 @@ def test_what_cannot_be_tested_is_told(folder, monkeypatch, words, said):
     with pytest.raises(bsm.ModelError) as told:
         CliRunner().invoke(cli, ["joint-test", "model.toml", *words], catch_exceptions=False)
     assert said in str(told.value)
+    assert not (folder / "out").exists()
 
 
 DILATING = bsm.Joint("J", 20e9, 4e9, law=bsm.MohrCoulomb(friction=35), dilation_angle=8, dilation_slip=5e-3)
