@@ -18,11 +18,13 @@ from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.folder.verify import Ground
 from bsm_mesh.pages import report_results
 from bsm_mesh.pages.report_results import PNG, _shown, input_tables
+from bsm_mesh.pictures import plot
 from bsm_mesh.pictures.pictures import NAMES
 from bsm_mesh.pictures.plot import PictureChoice, draw_in_subprocess
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.tables import percent
+from tests.scenes.here import run_here
 from tests.scenes.known_factors import incline, tutorial_slope
 from tests.scenes.small_case import LOAD, MODEL
 from tests.scenes.square_mesh import msh
@@ -35,11 +37,18 @@ def report(folder, *options):
 
 @pytest.fixture(scope="module")
 def slope(tmp_path_factory):
-    """Return the results of a slope whose left block is excavated, and their folder with its report."""
+    """Return the results of a slope whose left block is excavated, their folder and its report without pictures."""
     folder = tmp_path_factory.mktemp("slope") / "out"
     results = bsm.run(tutorial_slope(30.0))
     results.save(folder)
-    return results, folder, report(folder)[1]
+    return results, folder, report(folder, "--no-pictures")[1]
+
+
+@pytest.fixture(scope="module")
+def drawn(slope, tmp_path_factory):
+    """Return that folder and its report with pictures."""
+    folder = shutil.copytree(slope[1], tmp_path_factory.mktemp("drawn") / "out")
+    return folder, report(folder)[1]
 
 
 @pytest.mark.slow
@@ -119,32 +128,34 @@ def test_units_of_the_input_are_those_of_the_tables_of_the_model_file():
     assert told["history roof"]["point"] == "(0, 3) m"
 
 
-def test_the_page_needs_nothing_else(slope):
-    _, _, page = slope
+@pytest.mark.heavy
+def test_the_page_needs_nothing_else(drawn):
+    _, page = drawn
     assert not re.findall(r'(?:src|href)="(?!data:)', page)
     assert "http" not in page
     assert "<script" not in page
 
 
-def test_pictures_are_in_the_page(slope):
+@pytest.mark.heavy
+def test_pictures_are_in_the_page(drawn):
     """All of the last stage; of the stage before what moved and slipped, before them and by its name."""
-    _, folder, page = slope
-    drawn = {path.stem for path in (folder / "pictures").glob("*.png")}
-    last = {name for name in drawn if "_stage_" not in name}
-    before = {name for name in ("displacement_stage_0", "joints_state_stage_0") if name in drawn}
+    folder, page = drawn
+    names = {path.stem for path in (folder / "pictures").glob("*.png")}
+    last = {name for name in names if "_stage_" not in name}
+    before = {name for name in ("displacement_stage_0", "joints_state_stage_0") if name in names}
     captions = re.findall(r"<figcaption>(.*?)</figcaption>", page)
     told = sorted(f"{name.removesuffix('_stage_0').replace('_', ' ')}, stage initial" for name in before)
     assert captions == told + [name.replace("_", " ") for name in NAMES if name in last - {"model"}]
     assert page.index('alt="overview"') < page.index("<h2>Verdicts</h2>")
     assert page.count('src="data:image/png;base64,') == len(captions) + 1 > 3
     assert before
-    assert len(drawn) == len(captions) + 1  # none that the page does not show
+    assert len(names) == len(captions) + 1  # none that the page does not show
 
 
 @pytest.mark.slow
-def test_pictures_that_are_missing_are_drawn(slope, tmp_path):
+def test_pictures_that_are_missing_are_drawn(slope, drawn, tmp_path):
     """After `plot --only` the others are drawn, and those that are there stay; of other stages they are counted."""
-    results, _, whole = slope
+    results, whole = slope[0], drawn[1]
     results.save(tmp_path / "out")
     choice = PictureChoice(only=("displacement", "sigma_1"))
     draw_in_subprocess(tmp_path / "out", choice)
@@ -212,24 +223,26 @@ def answered(tmp_path_factory):
     (folder / "model.toml").write_text(MODEL.replace(LOAD, "") + FIELDS)
     (folder / "mesh.msh").write_text(msh())
     bsm.run(folder / "model.toml", output=folder / "out")
-    ask_safety(
-        folder / "model.toml",
-        folder / "out-safety",
-        Progress(quiet=True),
-        vary=None,
-        movement=0.05,
-        as_json=False,
-        scripts=True,
-        stage=None,
-        tolerance=0.02,
-        trials=12,
-        processes=1,
-        joints=None,
-        rocks=None,
-        bolts=False,
-        start="stage",
-        spread=False,
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plot, "run_with_lines", run_here)
+        ask_safety(
+            folder / "model.toml",
+            folder / "out-safety",
+            Progress(quiet=True),
+            vary=None,
+            movement=0.05,
+            as_json=False,
+            scripts=True,
+            stage=None,
+            tolerance=0.02,
+            trials=12,
+            processes=1,
+            joints=None,
+            rocks=None,
+            bolts=False,
+            start="stage",
+            spread=False,
+        )
     return folder / "out", folder / "out-safety"
 
 

@@ -13,10 +13,12 @@ from click.testing import CliRunner
 import bsm_mesh as bsm
 from bsm_mesh.commands.cli import cli
 from bsm_mesh.modelfile.variation import Variation
+from bsm_mesh.pictures import plot
 from bsm_mesh.pictures.safety_pictures import draw_movement
 from bsm_mesh.safety.bracket import Verdict
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.text.safety_text import answer_rows
+from tests.scenes.here import run_here
 from tests.scenes.known_factors import incline, tan
 
 EXACT = tan(40.0) / tan(30.0)
@@ -39,7 +41,9 @@ def asked(*arguments):
 @pytest.fixture(scope="module")
 def answered(given, tmp_path_factory):
     out = tmp_path_factory.mktemp("answered") / "out"
-    code, shown, _, _ = asked("safety", given, "-o", out, "--tolerance", "0.002")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plot, "run_with_lines", run_here)
+        code, shown, _, _ = asked("safety", given, "-o", out, "--tolerance", "0.002")
     return code, shown, out
 
 
@@ -234,6 +238,7 @@ def test_numbers_that_cannot_be_varied(given, tmp_path, arguments, says):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.heavy
 def test_back_analysis_by_the_command(given):
     """A run at 1e10 Pa/m gives the movement, and the movement the stiffness."""
     u, v, _ = bsm.run(incline(40.0, 30.0)).stages[0].displacement[1]
