@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 SOLVER = Path(__file__).parents[1] / "bsm_mesh" / "solve"
@@ -114,6 +115,7 @@ def _comment(lines: list[str], node: ast.Assign) -> str:
     return " ".join(above)
 
 
+@cache
 def solver_settings() -> list[Setting]:
     """Return the settings of the solver."""
     files = [(path, path.relative_to(SOLVER).as_posix()) for path in sorted(SOLVER.rglob("*.py"))]
