@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -104,7 +102,7 @@ HEAVY = [(case, order) for case in OTHERS for order in (1, 2)]
 @pytest.mark.parametrize(
     ("case", "order"), [("whole rock", 2), *(pytest.param(*each, marks=pytest.mark.heavy) for each in HEAVY)]
 )
-def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_path):
+def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_path, capsys):
     """By forces where the blocks are then, and outlines as they deformed."""
     zoned = dataclasses.replace(GNEISS, zones=dataclasses.replace(LARGE, order=order))
     results = bsm.run(wall(rocks=[zoned, RIGID], **CASES[case]))
@@ -115,14 +113,12 @@ def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_pa
     small = bsm.run(wall(**CASES[case])).stages[-1].displacement
     if order == 2:
         assert_allclose(results.stages[-1].displacement, small, atol=0.02 * np.abs(small).max())
-    folder = results.save(tmp_path / "out")
-    verify = [sys.executable, "-m", verify_certificate.__name__, folder]
-    done = subprocess.run(verify, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
-    assert "overlap" in done.stdout
+    code, said = verify_certificate.main(results.save(tmp_path / "out")), capsys.readouterr().out
+    assert code == 0, said
+    assert "overlap" in said
 
 
-@pytest.mark.parametrize(("beyond", "holds"), [(0.0, True), (0.3, False)])
+@pytest.mark.parametrize(("beyond", "holds"), [(0.0, True), pytest.param(0.3, False, marks=pytest.mark.heavy)])
 def test_certificate_of_a_block_that_slid_over_the_end_of_a_face(beyond, holds):
     """Its last point is 4 mm beyond the end and represents 0.25 m; it may not be further than that."""
     results = bsm.run(scenes.pushed(2.004), bsm.Options(threads=1))
@@ -137,7 +133,7 @@ def test_certificate_of_a_block_that_slid_over_the_end_of_a_face(beyond, holds):
     assert (not faults) == holds
 
 
-@pytest.mark.parametrize("degrees", [37, 90])
+@pytest.mark.parametrize("degrees", [pytest.param(37, marks=pytest.mark.heavy), 90])
 def test_a_model_that_is_turned_has_the_same_answer(degrees):
     """Soft rock, so that strains are large enough for second-order terms to count: to 1e-9."""
     cut = [rectangle(i, j, i + 1, j + 1) for j in range(2) for i in range(2)]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +74,7 @@ WHOLE = [("water in whole rock", law) for law in ("elastic", "mohr_coulomb")]
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("case", CASES)
-def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_path):
+def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_path, capsys):
     """By the forces of contacts, supports, bolts, water and loads alone: within blocks nothing is asked."""
     zoned = dataclasses.replace(GNEISS, zones=Zones(size=0.5, order=order))
     results = bsm.run(wall(rocks=[zoned, RIGID], **CASES[case]))
@@ -84,14 +82,7 @@ def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_pa
     check = results.check()
     assert check.ok
     assert check.block_residual < 1e-8
-    results.save(tmp_path / "out")
-    done = subprocess.run(
-        [sys.executable, "-m", verify_certificate.__name__, tmp_path / "out"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout
+    assert verify_certificate.main(results.save(tmp_path / "out")) == 0, capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("case", "law"), [("in situ", "mohr_coulomb"), ("stages", "mohr_coulomb"), *WHOLE])
@@ -251,7 +242,7 @@ def collapsing(kind):
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["apart", "undercut", "may slide", "wedge", "in two parts"])
-def test_a_collapse_is_an_answer(kind, tmp_path):
+def test_a_collapse_is_an_answer(kind, tmp_path, capsys):
     """Blocks that nothing holds, and a wedge on a smooth plane: unstable, named, and proved by virtual work.
 
     Displacements are those of the last equilibrium; an iteration that finds none went 14 Mm.
@@ -263,11 +254,9 @@ def test_a_collapse_is_an_answer(kind, tmp_path):
     assert stage.unstable_blocks.tolist() == down
     assert np.abs(stage.displacement).max() < 1e-3
     assert stage.proof.witness is not None
-    folder = results.save(tmp_path / "out")
-    verify = [sys.executable, "-m", verify_certificate.__name__, folder]
-    done = subprocess.run(verify, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
-    assert "proved" in done.stdout
+    code, said = verify_certificate.main(results.save(tmp_path / "out")), capsys.readouterr().out
+    assert code == 0, said
+    assert "proved" in said
 
 
 def test_parts_that_no_load_moves_are_refused():
