@@ -22,6 +22,7 @@ def long_functions(source: str, most: int = SCREEN) -> dict[str, int]:
     return {name: count for name, count in lines.items() if count > most}
 
 
+@pytest.mark.heavy
 def test_functions_of_the_solver_fit_on_a_screen():
     files = [
         path for house in ("contact", "solve", "three_d") for path in sorted((ROOT / "bsm_mesh" / house).rglob("*.py"))
@@ -106,6 +107,7 @@ def _for_writing(call: ast.Call) -> bool:
     return any(isinstance(mode, str) and set(mode) & set("wax+") and set(mode) <= set("wabtrx+") for mode in modes)
 
 
+@pytest.mark.heavy
 def test_files_are_written_by_the_one_writer():
     """Whole or not at all: nothing else makes, moves, removes or writes a file; a user's script may."""
     wrong = [
@@ -173,6 +175,7 @@ def calls(source: str) -> list[str]:
     return [ast.unparse(node.func) for node in nodes]
 
 
+@pytest.mark.heavy
 def test_what_is_done_in_one_module_only():
     found = {
         (name, str(path.relative_to(ROOT)))
@@ -215,6 +218,7 @@ def importers_of(packages: tuple[str, ...], folder: Path, root: Path) -> list[st
     ]
 
 
+@pytest.mark.heavy
 def test_no_test_of_the_program_imports_commands_of_the_checkout():
     """Scenes of both are in ``tests/scenes``; tests of the commands lie beside these."""
     assert importers_of(("benchmarks", "tools"), ROOT / "tests", ROOT) == []

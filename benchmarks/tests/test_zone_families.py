@@ -46,12 +46,19 @@ def test_outlines_are_those_of_the_deformed_blocks(rest):
     assert 0 < np.abs(outlines[1].mean(axis=0) - scene.polygons[1].mean(axis=0)).max() < 1e-3
 
 
-@pytest.mark.parametrize("seed", [2, 8])
-def test_a_block_in_water_slides_to_a_rest_that_its_motion_reaches(seed):
-    """Friction grows linearly as it leaves the water: forces balance at one distance, and motion ends at twice that.
+@pytest.mark.heavy
+def test_a_block_in_water_slides_to_a_rest_that_its_motion_reaches():
+    """Friction grows linearly as it leaves the water: forces balance at one distance, and motion ends at twice that."""
+    slides_twice_as_far_as_forces_balance(2)
 
-    With a friction of 50 degrees (seed 8) vibrations of the rock let it creep on without end.
-    """
+
+@pytest.mark.heavy
+def test_vibrations_of_the_rock_do_not_let_it_creep_on_without_end():
+    """Friction is 50 degrees."""
+    slides_twice_as_far_as_forces_balance(8)
+
+
+def slides_twice_as_far_as_forces_balance(seed):
     scene = trial_of(FAMILIES["plane"], seed).scene
     zones, rigid = bsm.run(zone_families.zoned(scene)), run(scene)[0]
     assert zones.status == rigid.status == "stable"

@@ -56,7 +56,7 @@ def test_two_degrees_are_no_razors_edge() -> None:
         assert slope.at_the_end(results, points)[0] == pytest.approx(first, rel=0.35)
 
 
-@pytest.mark.parametrize("angle", [38.0, 42.0])
+@pytest.mark.parametrize("angle", [pytest.param(38.0, marks=pytest.mark.heavy), 42.0])
 def test_a_face_of_another_angle_is_a_model(angle: float) -> None:
     """The points of the histories then lie in the air, or deep inside; those of the geometry are in blocks."""
     model, points = slope.with_geometry(slope.load(), slope_angle=angle)

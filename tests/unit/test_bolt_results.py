@@ -102,6 +102,7 @@ def test_charts_of_some_bolts_say_of_how_many():
         assert pressures.get_title(loc="left") == told
 
 
+@pytest.mark.heavy
 def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     bolts = '[[bolt]]\nname = "weak"\nstart = [0.4, 0.4]\nend = [0.4, 1.9]\ndiameter = 0.02\n' + (
         "bond_strength = 3e4\n[[bolt]]\nstart = [1.4, 1.6]\nend = [1.6, 1.9]\ndiameter = 0.02\n"

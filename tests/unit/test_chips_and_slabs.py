@@ -45,6 +45,7 @@ def test_the_factor_names_the_blocks_that_the_proof_moves():
     assert found.collapse.area == pytest.approx(2.0 + 0.25**2)
 
 
+@pytest.mark.heavy
 def test_blocks_that_moved_far_as_another_fell_are_found():
     model = slope(20.0, stop=False)
     stage = bsm.run(model).stages[-1]

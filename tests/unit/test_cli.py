@@ -84,6 +84,7 @@ def history(case: Case) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.heavy
 def test_the_model_as_run_gives_the_same_again(case: Case) -> None:
     case.change(MODEL[MODEL.index("[[support]]") :], SUPPORTED)
     first = case.run("run", "model.toml", "-q")
@@ -176,6 +177,7 @@ def test_compare_with_joints_says_so(case: Case) -> None:
     assert ignored["stages"][0]["class"] == "comparable"
 
 
+@pytest.mark.heavy
 def test_compare_refines_and_meshes_by_gmsh(case: Case) -> None:
     (stage,) = json.loads(case.run("compare", "model.toml", "--json", "--refine", "2", "--size", "0.4").out)["stages"]
     cells = [level["cells"] for level in stage["refinement"]["levels"]]

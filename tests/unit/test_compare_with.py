@@ -130,6 +130,7 @@ def test_differences_are_those_of_the_averages(solved, tmp_path):
     assert why.startswith("displacements can agree only with a continuum of these constants")
 
 
+@pytest.mark.heavy
 def test_our_own_elements_as_another_program_would_write_them(tmp_path):
     """In mm and kPa, compression positive, second-order elements of the rock that is left: the table of compare."""
     loaded = load_model_file(TUNNEL, lambda _: None)

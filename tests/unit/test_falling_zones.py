@@ -21,7 +21,7 @@ FLOOR, ON_IT = rectangle(-1, -1, 3, 0), rectangle(0, 0, 1, 1)
 REMOVE = bsm.Options(falls=bsm.Falls(on_fall="remove"))
 
 
-@pytest.mark.parametrize("displacement", ["large", "small"])
+@pytest.mark.parametrize("displacement", [pytest.param("large", marks=pytest.mark.heavy), "small"])
 def test_blocks_that_fall_are_taken_away_and_the_others_go_on(displacement):
     model = beside(displacement=displacement)
     results = bsm.run(model)
@@ -35,7 +35,7 @@ def test_blocks_that_fall_are_taken_away_and_the_others_go_on(displacement):
     assert results.check().ok
 
 
-@pytest.mark.parametrize("displacement", ["large", "small"])
+@pytest.mark.parametrize("displacement", [pytest.param("large", marks=pytest.mark.heavy), "small"])
 def test_a_chip_that_falls_does_not_count(displacement):
     results = bsm.run(beside(0.05, displacement=displacement))
     stage = results.stages[0]
@@ -79,6 +79,7 @@ def test_a_limit_that_small_movements_reach():
         assert bsm.run(model, bsm.Options(displacement_limit=limit)).status == status
 
 
+@pytest.mark.heavy
 def test_a_block_that_slides_on_is_followed_up_to_the_limit(monkeypatch):
     """Gravity pulls it along the floor with more than its friction. Progress of the motion is reported."""
     monkeypatch.setattr(solving, "SILENCE", 0.0)
@@ -194,6 +195,7 @@ def test_a_slab_slides_over_a_kink_between_loose_blocks():
     assert results.status == "unstable", results.stages[0].reason
 
 
+@pytest.mark.heavy
 def test_sizes_of_the_ground_do_not_count_where_a_block_falls():
     """It falls freely from the edge of ground of 20 m: by a tenth of its own size until it is unstable."""
     model = meeting([rectangle(-20, -20, 0, 0), rectangle(0.1, -1, 1.1, 0)], young=1e10)

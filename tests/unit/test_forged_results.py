@@ -224,6 +224,7 @@ def test_an_interruption_leaves_no_answer_to_another_question(whole: Path, monke
     assert Results.load(whole).status == "stable"
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 def test_a_process_that_forked_has_a_reader_of_its_own(whole: Path) -> None:
     Results.load(whole)

@@ -70,6 +70,7 @@ def onto_a_free_face(rock: bsm.Rock) -> bsm.Model:
     )
 
 
+@pytest.mark.heavy
 def test_a_block_whose_own_faces_have_no_joint_is_held_on_a_free_face_without_a_limit():
     """Its foot sticks to the face, as both have elastic rock; with a joint of all faces it slides on."""
     model = onto_a_free_face(bsm.Rock("rock", unit_weight=25e3, young=20e9, poisson=0.25))

@@ -39,6 +39,7 @@ def recorded() -> Results:
     return bsm.run(pushed().replace(histories=RECORDED), MOVING)
 
 
+@pytest.mark.heavy
 def test_every_step_has_the_movement_of_its_state() -> None:
     """A point, an extensometer and a block: what the corners and blocks did in the same step."""
     seen: list[tuple[float, ...]] = []
@@ -95,6 +96,7 @@ def test_a_joint_set(recorded: Results) -> None:
     assert series["open_share"][-1] == 0
 
 
+@pytest.mark.heavy
 def test_blocks_that_are_taken_away_have_no_movement_any_more(tmp_path: Path) -> None:
     given = [
         bsm.History(name="five", block=5),
@@ -139,6 +141,7 @@ def test_a_bolt_is_recorded_where_a_stage_changes_strength_and_under_reduced_str
     )
 
 
+@pytest.mark.heavy
 def test_recording_changes_nothing(recorded: Results) -> None:
     plain = bsm.run(pushed(), MOVING)
     np.testing.assert_array_equal(plain.stages[0].displacement, recorded.stages[0].displacement)
@@ -261,6 +264,7 @@ def test_the_names_of_all_stages_are_whole_in_the_picture() -> None:
     assert all(text.get_window_extent().x0 >= axes.bbox.x0 for text in axes.texts)
 
 
+@pytest.mark.heavy
 def test_the_names_of_short_stages_do_not_overlap_in_the_picture() -> None:
     """In a narrow chart, one of two beside each other, names longer than their stages are in rows below each other."""
     stages = [bsm.Stage(name=f"a stage with a name that is long, {k}") for k in range(3)]

@@ -97,7 +97,7 @@ def test_derived_tractions_are_those_of_the_field():
     assert_allclose(load.values[:, :, 1], 0, atol=1e-6)
 
 
-@pytest.mark.parametrize("scheme", ["linear", "continuation"])
+@pytest.mark.parametrize("scheme", ["linear", pytest.param("continuation", marks=pytest.mark.heavy)])
 def test_a_field_beyond_the_strength_of_the_joints_is_said(scheme):
     joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=20.0))
     shear = {"xx": -1e6, "yy": -1e6, "xy": 0.5e6}
@@ -137,7 +137,7 @@ def test_a_joint_whose_closure_has_a_limit_fits_no_more_once_it_opened():
     assert max(comparison.force_error.l2 for comparison in compared) < 1e-6
 
 
-@pytest.mark.parametrize(("cycles", "stiffness"), [(1, 1e9), (2, 1e9), (1, 2e8)])
+@pytest.mark.parametrize(("cycles", "stiffness"), [(1, 1e9), pytest.param(2, 1e9, marks=pytest.mark.heavy), (1, 2e8)])
 def test_a_joint_that_opened_closes_again_where_it_opened(cycles, stiffness):
     """A block pressed between two others is pushed off one of them and let go: it ends where it was.
 

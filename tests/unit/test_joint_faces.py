@@ -76,7 +76,7 @@ def test_a_block_on_a_base_with_corners_at_its_ends() -> None:
     assert joint.length == pytest.approx(1.0, rel=1e-4)
 
 
-@pytest.mark.parametrize("corner", [0.7, 1.1, 1.5, 1.9])
+@pytest.mark.parametrize("corner", [0.7, 1.1, 1.5, pytest.param(1.9, marks=pytest.mark.heavy)])
 def test_a_block_that_slid_over_a_corner_of_its_base(corner: float) -> None:
     """From 0.5 m to the wall its face is 1 m long and has the state of its contacts, wherever the base has a corner."""
     model = pushed()

@@ -101,6 +101,7 @@ def test_tables_hold_what_the_results_hold(hanging: Results, tmp_path: Path) -> 
     assert not set(NAMES) & {path.name for path in tmp_path.iterdir()}
 
 
+@pytest.mark.heavy
 def test_on_request(case: Case) -> None:
     """The command prints the table of joints; the files come with --tables, or where [output] says so."""
     case.write("model.toml", MODEL)

@@ -50,6 +50,7 @@ to = 5
 )
 
 
+@pytest.mark.heavy
 def test_the_terminal_shows_what_is_at_work_unless_quiet(case: Case) -> None:
     case.write("roof.toml", ROOF)
     words = "key-blocks", "roof.toml", "--no-picture"
@@ -90,6 +91,7 @@ def test_what_falls_is_printed_and_written(case: Case) -> None:
     assert not any("are not examined" in note for note in told["notes"])
 
 
+@pytest.mark.heavy
 def test_a_wedge_in_a_slope_has_its_factor(case: Case) -> None:
     first, second, face, top, height, friction, cohesion, unit_weight = WEDGES["Hoek and Bray"]
     _, _, volume, areas = wedge_rock(first, second, face, top, height)
@@ -131,6 +133,7 @@ required = 2.0
     assert "slides on B, A" in said
 
 
+@pytest.mark.heavy
 def test_the_file_has_gravity_water_and_loads_and_what_is_not_considered_is_noted(case: Case) -> None:
     case.write("roof.toml", ROOF)
     plain = json.loads(case.run("key-blocks", "roof.toml", "--json", "--no-picture", "-o", "plain").out)

@@ -162,6 +162,7 @@ def test_a_table_of_orientations(tmp_path: Path):
         read_orientations(path)
 
 
+@pytest.mark.heavy
 def test_the_command(case: Case):
     case.write("joints.csv", TABLE)
     outcome = case.run("kinematics", "joints.csv", "--face", "60", "300", "--friction", "25", "--json")

@@ -24,7 +24,7 @@ def slid(model, degrees=0.0):
     return moved[0], stage.displacement[1, 2], stage.bolts.axial_force[-1]
 
 
-@pytest.mark.parametrize(("degrees", "order"), [(0.0, 1), (37.0, 1), (0.0, 2)])
+@pytest.mark.parametrize(("degrees", "order"), [(0.0, 1), (37.0, 1), pytest.param(0.0, 2, marks=pytest.mark.heavy)])
 def test_a_bolt_turns_as_its_block_slides(degrees, order):
     """By half a metre: the tension along the slope balances the weight."""
     moved, rotation, tension = slid(bolted(degrees, order=order), degrees)
@@ -32,6 +32,7 @@ def test_a_bolt_turns_as_its_block_slides(degrees, order):
     assert abs(rotation) < 1e-6
 
 
+@pytest.mark.heavy
 def test_a_bolt_of_a_later_stage_has_no_tension_before():
     """Its block hangs on a first bolt; another one at the same place carries a part of the load that is added."""
     model = bolted()

@@ -78,13 +78,22 @@ def test_the_tangent_is_the_derivative_where_rock_yields_and_turned():
     assert_allclose(np.stack(columns, axis=1), K, atol=1e-5 * np.abs(K).max())
 
 
-@pytest.mark.parametrize("degrees", [0.0, pytest.param(37.0, marks=pytest.mark.heavy)])
-def test_a_strut_carries_the_load_at_which_it_yields(degrees):
-    """2 c cos(phi) / (1 - sin(phi)), also turned; beyond it there is no equilibrium."""
+def yields_at_its_load(degrees):
+    """2 c cos(phi) / (1 - sin(phi)); beyond it there is no equilibrium."""
     assert bsm.run(strut(0.995, degrees=degrees)).status == "stable"
     above = bsm.run(strut(1.005, degrees=degrees)).stages[0]
     assert above.status == "not_converged"
     assert "whose rock yields" in above.reason
+
+
+@pytest.mark.heavy
+def test_a_strut_carries_the_load_at_which_it_yields():
+    yields_at_its_load(0.0)
+
+
+@pytest.mark.heavy
+def test_so_it_does_where_all_is_turned():
+    yields_at_its_load(37.0)
 
 
 @pytest.mark.heavy
@@ -115,6 +124,7 @@ def test_strains_that_are_not_small_are_noted():
     assert not any("strain by" in note for note in stiff.notes)
 
 
+@pytest.mark.heavy
 def test_a_stage_after_rock_yielded_begins_with_its_stress():
     """Unloaded and loaded again it is as before, and the certificate holds."""
     results = bsm.run(in_large_displacement(footing([0.9, 0.6, 0.9], size=0.6)))
@@ -142,6 +152,7 @@ def test_a_block_that_yields_falls_onto_the_floor():
     assert_allclose(meeting.force_between(results), meeting.WEIGHT, rtol=1e-6)
 
 
+@pytest.mark.heavy
 def test_the_given_geometry_proves_nothing_of_blocks_that_moved():
     """A column that leans on its neighbour carries its weight, unless it crushes: that no forces on faces show."""
     strong, weak = (bsm.run(yields(meeting.leaning(young=1e10), cohesion)).stages[0] for cohesion in (1e7, 1e4))

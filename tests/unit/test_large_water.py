@@ -43,6 +43,7 @@ def test_a_block_that_falls_into_water_is_lighter_by_it(order):
     assert_allclose(stage.water[1, 1], UNIT * deep, rtol=1e-5)
 
 
+@pytest.mark.heavy
 def test_rock_deep_in_water_has_the_stress_of_its_buoyant_weight():
     """That is its effective stress; the total one has the water's pressure as well."""
     results = bsm.run(meeting.dropped(young=1e9, size=0.5, water=level(5.0)))
@@ -80,6 +81,7 @@ def test_a_bolted_block_slides_in_water_as_a_rigid_one():
     assert_allclose(one.bolts.axial_force, other.bolts.axial_force, rtol=1e-5)
 
 
+@pytest.mark.heavy
 def test_a_table_that_rises_acts_in_its_stage():
     """From dry to wet and back: the block is where it was."""
     stages = [bsm.Stage(name="wet", water=level(5.0)), bsm.Stage(name="dry", water=level(-5.0))]

@@ -40,6 +40,7 @@ def test_factor_of_strength_of_a_stage(stage, factor):
     assert found.proof.witness.velocity.shape == (3, 3)
 
 
+@pytest.mark.heavy
 def test_the_first_stage_is_the_model_as_given():
     assert strength_limit(cliff(), stage="initial").factor == np.inf
     assert bsm.limit_analysis(cliff(), stage="initial").admissible

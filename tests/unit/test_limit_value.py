@@ -161,6 +161,7 @@ def column(stiffness):
     return model_of([rectangle(-5, -1, 5, 0), rectangle(-1, 0, 1, 1)], kn=10.0**stiffness)
 
 
+@pytest.mark.heavy
 def test_back_analysis_of_a_stiffness():
     """Settlement w = W / (Kn L), so that log10 Kn = log10(W / (L w)); its scatter follows from that of w."""
     weight = float(column(8.0).weights[1])

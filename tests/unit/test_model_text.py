@@ -155,6 +155,7 @@ def test_an_unusual_unit_weight_is_written_with_its_unit(tmp_path: Path) -> None
     assert bsm.load(tmp_path / "again" / "model.toml").rocks[0].unit_weight == 26.0
 
 
+@pytest.mark.heavy
 def test_given_stress(tmp_path: Path) -> None:
     model = everything()
     loads = [load for load in model.loads if not isinstance(load, bsm.InSituTraction)]

@@ -38,7 +38,7 @@ def density(joints: JointSet, seed: int) -> float:
         {"length": Lognormal(5.0, 4.0)},
         {"length": PowerLaw(2.5, 1.0, 60.0)},
         {},
-        {"persistence": 0.6, "bridge": Exponential(1.0)},
+        pytest.param({"persistence": 0.6, "bridge": Exponential(1.0)}, marks=pytest.mark.heavy),
         {"persistence": 0.6, "bridge": 1.0},
     ],
 )

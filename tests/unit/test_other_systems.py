@@ -102,10 +102,12 @@ def test_what_only_posix_knows_has_a_guard() -> None:
     assert found_in(unguarded, POSIX_WORDS) == []
 
 
+@pytest.mark.heavy
 def test_text_is_utf_8() -> None:
     assert found_in(without_encoding, OPENERS) == []
 
 
+@pytest.mark.heavy
 def test_line_ends_are_the_same_everywhere() -> None:
     assert found_in(without_line_ends, OPENERS | {"write_text"}) == []
 

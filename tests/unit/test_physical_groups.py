@@ -34,6 +34,7 @@ def test_helpers_write_what_the_parser_reads():
         assert getattr(physical_groups, kind.value)("a") == f"{kind.value}:a"
 
 
+@pytest.mark.heavy
 def test_importing_geometries_imports_no_gmsh():
     script = (
         "import sys; from bsm_mesh import geometries; geometries.case_names(); "

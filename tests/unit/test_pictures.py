@@ -131,6 +131,7 @@ def test_a_flake_that_comes_down_is_ringed_and_named(flake: bsm.results.Results,
     assert "block 3\n0.01 m2, 250 N/m" in texts(figure)
 
 
+@pytest.mark.heavy
 def test_names_of_blocks_keep_clear_of_each_other_and_tell_weights_of_what_was_taken_away() -> None:
     from matplotlib.text import Annotation, Text
 
@@ -258,7 +259,9 @@ def test_the_outline_leaves_out_what_blocks_share() -> None:
     assert np.sort(lines[inner][..., 0].reshape(-1)).tolist() == [1.5, 2.0]
 
 
-@pytest.mark.parametrize("at", [(2.0, 6.0), (2.2, 6.4), (2.5, 6.8), (3.0, 7.0), (1.5, 6.5)])
+@pytest.mark.parametrize(
+    "at", [(2.0, 6.0), (2.2, 6.4), pytest.param((2.5, 6.8), marks=pytest.mark.heavy), (3.0, 7.0), (1.5, 6.5)]
+)
 def test_a_name_hides_neither_the_ring_of_another_nor_the_line_to_it(at: tuple[float, float]) -> None:
     """The first ring lies high, so that its name is below it; the second lies below and to the left of it."""
     model = model_of([rectangle(0, 0, 20, 10), rectangle(0, 10, 20, 10.1)], friction=30.0)

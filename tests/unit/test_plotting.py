@@ -124,5 +124,6 @@ def test_blocks_that_a_stage_fills_in_are_not_there_at_first():
     assert as_given(model.replace(stages=stages)).stages[0].present.all()
 
 
+@pytest.mark.heavy
 def test_a_notebook_shows_the_figure(results):
     assert results.plot("joints")._repr_png_().startswith(b"\x89PNG")

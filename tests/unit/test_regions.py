@@ -91,7 +91,7 @@ def test_excavations_stay_blocks_of_their_own(tmp_path: Path) -> None:
     assert blocks.moments.area[blocks.excavations["1"]] == pytest.approx([12])
 
 
-@pytest.mark.parametrize("size", [0.7, 2.0])
+@pytest.mark.parametrize("size", [pytest.param(0.7, marks=pytest.mark.heavy), 2.0])
 def test_coarse_and_fine_elements_give_the_same_blocks(tmp_path: Path, size: float) -> None:
     regions = [
         Region(outline=box(-10, -10, 10, 10), rock="gneiss"),

@@ -42,7 +42,7 @@ def test_tension_counts_where_slip_takes_it_away():
     assert "(rock 'rock')" in residual_note(model.replace(rocks=[rock]))
 
 
-@pytest.mark.parametrize("law", [LAWS[0][0], LAWS[1][0]])
+@pytest.mark.parametrize("law", [LAWS[0][0], pytest.param(LAWS[1][0], marks=pytest.mark.heavy)])
 def test_safety_says_so_where_the_factor_is_below_the_bound(law):
     """On a plane of 30 degrees a block that has slipped has tan(25) / tan(30); the bound is tan(35) / tan(30)."""
     found = bsm.factor_of_safety(model_of(GROUND, law=law, gravity_direction=-120))

@@ -22,7 +22,7 @@ def files(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("kind", [str, Path])
+@pytest.mark.parametrize("kind", [str, pytest.param(Path, marks=pytest.mark.heavy)])
 def test_it_does_what_the_command_does(case: Case, kind: type) -> None:
     """Solver, folder and snapshots are the file's."""
     case.write("model.toml", MODEL + "[solver]\ntolerance = 1e-8\n" + STEPS)

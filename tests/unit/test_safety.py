@@ -172,6 +172,7 @@ def test_a_model_that_fails_as_it_is():
     assert found.stable < np.tan(np.radians(20.0)) / np.tan(np.radians(DIP)) <= found.unstable * (1 + 1e-4)
 
 
+@pytest.mark.heavy
 def test_the_movement_at_which_a_trial_ends_has_its_parts():
     """The mean block size is that of the block on the incline, 1 m; the reference state is that at 1."""
     found = factor_of_safety(incline())
@@ -271,7 +272,11 @@ def test_movement_is_told_of_what_is_proved_to_move_and_rests_again():
 @pytest.mark.parametrize(
     ("limit", "says"),
     [
-        (Limit(factor=1.3652, text=""), "upper bound by limit analysis: 1.365 (initial geometry)"),
+        pytest.param(
+            Limit(factor=1.3652, text=""),
+            "upper bound by limit analysis: 1.365 (initial geometry)",
+            marks=pytest.mark.heavy,
+        ),
         (
             Limit(factor=np.inf, text="", unproved=1.3652),
             "upper bound by limit analysis: 1.365 (initial geometry, without proof)",

@@ -48,7 +48,7 @@ def test_a_joint_under_constant_stress_is_as_stiff_as_published(name, stress):
     assert_allclose(curve.shear_stress[1:], formula(stress) * curve.shear_displacement[1:], rtol=1e-9)
 
 
-@pytest.mark.parametrize("stress", [0.1e6, 1e6, 5e6])
+@pytest.mark.parametrize("stress", [0.1e6, 1e6, pytest.param(5e6, marks=pytest.mark.heavy)])
 def test_bartons_joint_peaks_at_its_displacement(stress):
     """L / 500 (JRCn / L)^0.33, whatever the stress."""
     joint = CURVES["barton"][0]

@@ -40,7 +40,7 @@ def faults(results, **changes):
     return check_stage(told, told["stages"][-1], arrays)[1]
 
 
-@pytest.fixture(scope="module", params=[on_an_edge, crossed_bars])
+@pytest.fixture(scope="module", params=[pytest.param(on_an_edge, marks=pytest.mark.heavy), crossed_bars])
 def rest(request):
     """Return the run of a block that rests on edges."""
     found = bsm.run(request.param(), bsm.Options(threads=1))

@@ -70,6 +70,7 @@ def test_results_are_read_back_to_the_last_digit(results, folder):
     assert [bsm.Results.load(file[0].parent).stages[0].residual for file in files] == [results.stages[0].residual] * 2
 
 
+@pytest.mark.heavy
 def test_numpy_alone_checks_the_certificate(folder):
     script = Path(verify_certificate.__file__).parent
     run = f"runpy.run_path({str(script)!r}, run_name='__main__')"

@@ -40,6 +40,7 @@ def slope(case: Case) -> Case:
     return case
 
 
+@pytest.mark.heavy
 def test_they_are_those_of_the_blocks_that_move(slope: Case) -> None:
     assert slope.run("run", "slope.toml").code == 0
     results = Results.load(slope.folder / "out/slope")

@@ -95,7 +95,9 @@ def test_a_block_that_slides_down_to_a_floor_stays_above_it(dip, friction):
     assert status == "stable"
 
 
-@pytest.mark.parametrize(("turn", "clear"), [(10, 0.01), (40, 0.005), (70, 0.01), (40, 0.06)])
+@pytest.mark.parametrize(
+    ("turn", "clear"), [(10, 0.01), (40, 0.005), pytest.param(70, 0.01, marks=pytest.mark.heavy), (40, 0.06)]
+)
 def test_a_corner_that_passes_an_edge_in_the_air_is_not_held(turn, clear):
     """Faces of both look at each other there. Within 3 % of a block its points may push it aside, no more."""
     corners = CUBE @ rotation(0, turn).T

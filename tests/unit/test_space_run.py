@@ -80,6 +80,7 @@ def test_json_tells_verdicts_and_joints(case: Case) -> None:
     assert joint["open"] == 0
 
 
+@pytest.mark.heavy
 def test_check_reports_on_blocks_and_refuses_what_run_refuses(case: Case) -> None:
     case.write("slope.toml", SLOPE)
     outcome = case.run("check", "slope.toml")

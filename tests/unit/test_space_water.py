@@ -89,6 +89,7 @@ def test_contacts_bear_the_weight_under_water():
     assert_allclose(stage.stress[1] - stage.stress_effective[1], mean * np.eye(3), atol=1e-3)
 
 
+@pytest.mark.heavy
 def test_a_model_file_has_water_and_stages_change_it(case: Case) -> None:
     text = (
         SLOPE

@@ -108,6 +108,7 @@ def test_words(others, words):
     assert words in spread_text((end("usual", Status.STABLE, 0.0, 0), *others))
 
 
+@pytest.mark.heavy
 def test_the_command_tells_it(tmp_path):
     model = bsm.run(on_incline(35.0)).save(tmp_path / "first") / "model.toml"
     out = CliRunner().invoke(cli, ["run", str(model), "-o", str(tmp_path / "out"), "-q", "--spread"])

@@ -190,7 +190,7 @@ def test_a_free_part_at_the_start_is_still_refused():
         bsm.run(tower().replace(supports=()), LINEAR)
 
 
-@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+@pytest.mark.parametrize("options", [LINEAR, pytest.param(CONTINUATION, marks=pytest.mark.heavy)])
 def test_results_of_stages_are_read_back(options, tmp_path):
     stages = [bsm.Stage(name="dug", excavate=["top"]), bsm.Stage(name="wet", water=bsm.Water(table=[(0, 1.5)]))]
     in_situ = bsm.InSitu(method="gravity")

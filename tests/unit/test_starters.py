@@ -102,7 +102,9 @@ def test_the_roof_wedge_stands_with_bolts_and_falls_without(case: Case, name: st
     assert centre == pytest.approx((x, y), abs=0.3)
 
 
-@pytest.mark.parametrize(("friction", "verdict"), [(31.5, "stable"), (29.5, "unstable")])
+@pytest.mark.parametrize(
+    ("friction", "verdict"), [pytest.param(31.5, "stable", marks=pytest.mark.heavy), (29.5, "unstable")]
+)
 def test_the_dam_slides_where_statics_say(case: Case, friction: float, verdict: str) -> None:
     """Water pushes with 9.81 kN/m3 h^2 / 2, and lifts with 9.81 kN/m3 h b / 2 what weighs 24 kN/m3 a square metre."""
     height, crest = 40.0, 6.0

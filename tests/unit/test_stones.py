@@ -50,7 +50,7 @@ def binary(text: str) -> bytes:
     return b"solid, and yet binary".ljust(80) + len(records).to_bytes(4, "little") + records.tobytes()
 
 
-@pytest.mark.parametrize("name", ["rock.obj", "rock.stl"])
+@pytest.mark.parametrize("name", ["rock.obj", pytest.param("rock.stl", marks=pytest.mark.heavy)])
 def test_blocks_come_back_as_they_were_written(tmp_path: Path, name: str) -> None:
     blocks = cuts()
     again = read_stones(write_surfaces(tmp_path / name, blocks), rock="rock")

@@ -125,6 +125,7 @@ def test_check_names_the_sliver_that_decides_the_time_step(tmp_path, capsys):
     assert given.time_step / estimates(shaken(polygons, EXPLICIT))[0].time_step == pytest.approx(10**0.5, rel=0.01)
 
 
+@pytest.mark.heavy
 def test_a_sliver_with_zones_is_named_too():
     """A square of 5 mm on the base of blocks of 1 m: its elements are a hundredth of theirs."""
     (plain,) = estimates(shaken_zones(PILE, EXPLICIT, young=1e9))

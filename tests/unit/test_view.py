@@ -78,6 +78,7 @@ def test_joints_bolts_and_water(bolted: tuple[Results, Path], data: ViewData) ->
     np.testing.assert_allclose(water.ends[0] + [*data.middle, *data.middle], [0.0, 0.6, 6.0, 0.8], atol=SINGLE)
 
 
+@pytest.mark.heavy
 def test_bolts_are_there_at_every_step(tmp_path: Path) -> None:
     """Their forces grow with the steps; at a stage's last step they are those of its end."""
     with RunWriter(tmp_path, steps=True) as writer:
@@ -99,6 +100,7 @@ def test_what_is_zero_throughout_is_left_out(data: ViewData) -> None:
     assert "unstable" not in names
 
 
+@pytest.mark.heavy
 def test_blocks_that_come_down(tmp_path: Path) -> None:
     results = bsm.run(opening(bolted=False))
     results.save(tmp_path / "out")
@@ -113,6 +115,7 @@ def test_blocks_that_come_down(tmp_path: Path) -> None:
     assert (listed["area"], listed["weight"]) == ([0.00247], [0.0642])  # not 0 and 0.06
 
 
+@pytest.mark.heavy
 def test_steps_are_states_too_and_are_thinned_evenly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     results = run_with_snapshots(tmp_path / "out")
     saved = SavedResults(tmp_path / "out")
@@ -135,6 +138,7 @@ def test_more_than_a_page_holds_is_refused(bolted: tuple[Results, Path], monkeyp
         read_view(SavedResults(bolted[1]))
 
 
+@pytest.mark.heavy
 def test_the_page_needs_nothing_else(bolted: tuple[Results, Path]) -> None:
     _, folder = bolted
     outcome = CliRunner().invoke(cli, ["view", str(folder)])

@@ -57,7 +57,7 @@ def test_wang_example_4():
     assert stage.comparison.where(stage.comparison.bolt_error) == "wall"
 
 
-@pytest.mark.parametrize("name", ["model", "two_bolts"])
+@pytest.mark.parametrize("name", [pytest.param("model", marks=pytest.mark.heavy), "two_bolts"])
 def test_bolts_in_rigid_rock_under_small_displacements(name):
     """A tenth of the loads: the rest of the difference is quadratic in the blocks' rotation, and in no element."""
     loaded = load_model_file(EXAMPLES / f"04_bolted_opening/{name}.toml", lambda _: None)

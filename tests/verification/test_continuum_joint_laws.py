@@ -38,7 +38,7 @@ def test_a_joint_closes_by_the_hyperbola(stress):
         assert_allclose(-moved[1, 1], stress * limit / (kn * limit + stress), rtol=ELASTIC)
 
 
-@pytest.mark.parametrize("k", [1.2e7, 6e7])
+@pytest.mark.parametrize("k", [pytest.param(1.2e7, marks=pytest.mark.heavy), 6e7])
 def test_a_softening_joint_comes_to_rest_where_its_neighbour_takes_over(k):
     """T = strength(s) + k u for a block that presses on its neighbour by a joint of the stiffness k."""
     softening, ks = 2e-3, 2e9

@@ -151,7 +151,7 @@ def test_cohesion_and_tensile_strength():
     assert not hung(20.1e3).converged
 
 
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.heavy)])
 def test_kirsch_by_stages(order):
     """A hole cut into rock under its in-situ stress: Kirsch's stresses near it, the far field where it was."""
     model, exact, at_wall = cut_by_stages(24)

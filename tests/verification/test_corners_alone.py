@@ -37,7 +37,9 @@ def test_a_lintel_rests_on_tips_up_to_its_friction(kind, tilt):
     assert bsm.limit_analysis(model).admissible
 
 
-@pytest.mark.parametrize("kind", LINTELS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.heavy] * (kind == "nodes beside the tips")) for kind in LINTELS]
+)
 def test_a_lintel_slides_beyond_its_friction(kind):
     model = lintel(kind, 41.0)
     assert not bsm.limit_analysis(model).admissible

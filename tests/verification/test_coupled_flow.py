@@ -19,7 +19,9 @@ BY_TURNS = 1e-8  # of values; pressures change by 1e-9 of the greatest in the la
 TURNED = 1e-5  # water presses on blocks where they have come to
 
 
-@pytest.mark.parametrize(("scheme", "tolerance"), [("linear", BY_TURNS), ("continuation", TURNED)])
+@pytest.mark.parametrize(
+    ("scheme", "tolerance"), [("linear", BY_TURNS), pytest.param("continuation", TURNED, marks=pytest.mark.heavy)]
+)
 def test_joints_in_series_that_close_under_their_own_water(scheme, tolerance):
     """Against a scalar equation for the head between them, solved apart.
 

@@ -231,7 +231,7 @@ def test_what_was_released_does_not_come_back():
     assert_allclose(more.displacement, most.displacement * 0.9 / 0.8, atol=SAME * most.max_displacement)
 
 
-@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+@pytest.mark.parametrize("options", [LINEAR, pytest.param(CONTINUATION, marks=pytest.mark.heavy)])
 def test_the_field_as_pressure_keeps_everything_in_place(options):
     """Deep, with the same stress all round, an internal pressure of that size holds the wall where it was."""
     p = 5e6

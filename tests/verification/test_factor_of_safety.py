@@ -59,7 +59,7 @@ def test_least_friction_of_an_arch(ratio, n):
     contains(found, tan(35.0) / LEAST_FRICTION[ratio, n], 3e-3)
 
 
-@pytest.mark.parametrize(("friction", "exact"), [(20.0, 0.90993), (11.0, 0.48595)])
+@pytest.mark.parametrize(("friction", "exact"), [pytest.param(20.0, 0.90993, marks=pytest.mark.heavy), (11.0, 0.48595)])
 def test_tutorial_slope_the_top_block_slides_first(friction, exact):
     assert exact == pytest.approx(tan(friction) / 0.4, abs=1e-5)
     found = factor_of_safety(tutorial_slope(friction), tolerance=WIDTH)

@@ -46,7 +46,9 @@ def in_space() -> bsm.Model:
     )
 
 
-@pytest.mark.parametrize(("make", "up"), [(in_plane, 1), (in_space, 2)], ids=["plane", "space"])
+@pytest.mark.parametrize(
+    ("make", "up"), [(in_plane, 1), pytest.param(in_space, 2, marks=pytest.mark.heavy)], ids=["plane", "space"]
+)
 def test_a_pillar_put_back_takes_its_part_of_later_loads_alone(make, up):
     """Nothing at first; of the later load a third, for the three pillars are alike. Pillars sink by 2 N / kn."""
     results = bsm.run(make())

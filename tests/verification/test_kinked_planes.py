@@ -11,35 +11,53 @@ from tests.scenes.kinked_plane import KinkedPlane
 STEEP = {"friction": 15.0, "upper": 40.0, "lower": 25.0}
 
 
-@pytest.mark.parametrize("bare", [False, True])
-@pytest.mark.parametrize("loose", [False, True])
-def test_a_slab_slides_over_a_kink_where_both_planes_are_steeper_than_its_friction(loose, bare):
+@pytest.mark.parametrize("bare", [False, pytest.param(True, marks=pytest.mark.heavy)])
+def test_a_slab_slides_over_a_kink_where_both_planes_are_steeper_than_its_friction(bare):
     """Its corner has the joint of its lower face, and its front face does not catch on the ground."""
-    results = bsm.run(KinkedPlane(**STEEP, loose=loose, bare=bare).model())
+    assert bsm.run(KinkedPlane(**STEEP, bare=bare).model()).unstable_blocks.tolist() == [2]
+
+
+@pytest.mark.parametrize("bare", [pytest.param(False, marks=pytest.mark.heavy), True])
+def test_so_it_does_where_the_ground_rests_on_a_block(bare):
+    assert bsm.run(KinkedPlane(**STEEP, loose=True, bare=bare).model()).unstable_blocks.tolist() == [3]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("loose", "bare"), [(False, True), (True, False)])
+def test_so_it_does_in_space(loose, bare):
+    """The slab is as wide as the ground."""
+    results = bsm.run(KinkedPlane(**STEEP, loose=loose, bare=bare, gap=0.05).in_space())
     assert results.unstable_blocks.tolist() == [3 if loose else 2]
 
 
-@pytest.mark.parametrize(
-    "seen",
-    [{}, pytest.param({"width": 0.5, "aside": 0.1, "direction": 130.0}, marks=pytest.mark.heavy)],
-    ids=["as wide as the ground", "narrower, turned"],
-)
-@pytest.mark.parametrize(("loose", "bare"), [(False, True), pytest.param(True, False, marks=pytest.mark.heavy)])
-def test_so_it_does_in_space(loose, bare, seen):
-    results = bsm.run(KinkedPlane(**STEEP, loose=loose, bare=bare, gap=0.05).in_space(**seen))
+@pytest.mark.heavy
+@pytest.mark.parametrize(("loose", "bare"), [(False, True), (True, False)])
+def test_so_does_a_narrower_one_turned(loose, bare):
+    scene = KinkedPlane(**STEEP, loose=loose, bare=bare, gap=0.05)
+    results = bsm.run(scene.in_space(width=0.5, aside=0.1, direction=130.0))
     assert results.unstable_blocks.tolist() == [3 if loose else 2]
 
 
-@pytest.mark.parametrize("space", [False, True])
-def test_a_slab_stops_behind_a_kink_where_the_plane_below_is_flatter_than_its_friction(space):
-    """Its foot passes the kink. In the plane it lies flat below at last; in space friction holds it on both planes."""
-    scene = KinkedPlane(friction=25.0, upper=35.0, lower=10.0, gap=1.0, length=0.6, height=0.3)
-    results = bsm.run(scene.in_space() if space else scene.model())
+FLAT_BELOW = KinkedPlane(friction=25.0, upper=35.0, lower=10.0, gap=1.0, length=0.6, height=0.3)
+
+
+@pytest.mark.heavy
+def test_a_slab_stops_behind_a_kink_where_the_plane_below_is_flatter_than_its_friction():
+    """Its foot passes the kink, and it lies flat below at last."""
+    results = bsm.run(FLAT_BELOW.model())
     assert results.status.value == "stable"
     moved = results.stages[-1].displacement[2]
-    assert np.hypot(moved[0], moved[2 if space else 1]) > scene.gap + 0.05
-    if not space:
-        assert np.degrees(moved[2]) == pytest.approx(scene.lower - scene.upper, abs=0.01)
+    assert np.hypot(*moved[:2]) > FLAT_BELOW.gap + 0.05
+    assert np.degrees(moved[2]) == pytest.approx(FLAT_BELOW.lower - FLAT_BELOW.upper, abs=0.01)
+
+
+@pytest.mark.heavy
+def test_so_it_stops_in_space():
+    """Friction holds it on both planes."""
+    results = bsm.run(FLAT_BELOW.in_space())
+    assert results.status.value == "stable"
+    moved = results.stages[-1].displacement[2]
+    assert np.hypot(moved[0], moved[2]) > FLAT_BELOW.gap + 0.05
 
 
 @pytest.mark.slow

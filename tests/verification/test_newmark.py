@@ -206,7 +206,7 @@ def test_the_command_prints_a_table_and_writes_files(commanded):
     [
         ({"stages": ()}, "no stage of the model is shaken"),
         ({"stages": [bsm.Stage(name=STAGE, shaking=replace(PULSE, direction=90))]}, "is vertical"),
-        ({"gravity_horizontal": 0.3}, "no yield acceleration"),
+        pytest.param({"gravity_horizontal": 0.3}, "no yield acceleration", marks=pytest.mark.heavy),
     ],
 )
 def test_what_is_refused(change, says):

@@ -53,7 +53,9 @@ def test_an_edge_carries_a_bar_that_crosses_it(azimuth, pairs, gap):
     assert_allclose(-stage.displacement[1, 2], gap + weight[1] / (pairs * KN * area), rtol=1e-5)
 
 
-@pytest.mark.parametrize(("share", "status"), [(0.99, "stable"), (1.01, "unstable")])
+@pytest.mark.parametrize(
+    ("share", "status"), [(0.99, "stable"), pytest.param(1.01, "unstable", marks=pytest.mark.heavy)]
+)
 def test_it_slides_on_the_edge_at_the_friction_angle(share, status):
     pull = share * np.tan(np.radians(30))
     stage, _ = outcome([bar("upper", 2, 0), bar("lower", 2, 90)], np.eye(3), gravity_horizontal=pull)

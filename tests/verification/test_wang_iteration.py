@@ -137,7 +137,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
         ("02_pushed_block/model", "stable", [], 50),
         ("02_pushed_block/apart", "unstable", [1], 100),
         ("03_stratified_slope/dip_24_5", "stable", [], 30),
-        ("03_stratified_slope/model", "stable", [], 500),
+        pytest.param("03_stratified_slope/model", "stable", [], 500, marks=pytest.mark.heavy),
         ("04_bolted_opening/unbolted", "unstable", [15], 10),
         ("04_bolted_opening/roof_bolt", "unstable", [10], 100),
         ("04_bolted_opening/two_bolts", "stable", [], 150),

@@ -109,6 +109,7 @@ def test_poisson_effect():
         assert_allclose(stress_ratio(order), 1 / 9, rtol=EXACT)
 
 
+@pytest.mark.heavy
 def test_slipping_crack():
     """A crack that slips over part of an inclined joint: 37.8511, 38.8934, 37.0526 GN/m (UDEC verification).
 
@@ -119,7 +120,7 @@ def test_slipping_crack():
 
 
 @pytest.mark.parametrize("size", [None, *(pytest.param(size, marks=pytest.mark.heavy) for size in (0.6, 0.3))])
-@pytest.mark.parametrize("angle", [50, 60, 70])
+@pytest.mark.parametrize("angle", [*(pytest.param(angle, marks=pytest.mark.heavy) for angle in (50, 70)), 60])
 def test_strength_of_a_specimen_with_a_joint(angle, size):
     """Jaeger's peak: sigma_3 + 2 (c + sigma_3 tan phi) / ((1 - tan phi / tan beta) sin 2 beta), within .2 %."""
     c, friction, confined, beta = 1e6, 30.0, 2e6, radians(angle)

@@ -76,7 +76,7 @@ def test_a_random_large_scene_is_the_same_every_time():
         assert 4500 < first.count < 11_500
 
 
-@pytest.mark.parametrize("number", [2, 13, 17, 18])
+@pytest.mark.parametrize("number", [2, pytest.param(13, marks=pytest.mark.heavy), 17, 18])
 def test_a_scene_of_the_benchmark_suite_stays_what_it_is(number):
     """In situ, excavated, with layers and with bolts: the same blocks, loads and bolts, so the same limit analysis."""
     named = SIZES["1e4"][1][number]

@@ -79,7 +79,9 @@ def test_all_corners_on_edges_are_found():
     assert (found.normal[on_floor] == (0, 1)).all()
 
 
-@pytest.mark.parametrize("family", ["slope", "leaning", "wall", "pile", "tower", "arch", "layers"])
+@pytest.mark.parametrize(
+    "family", ["slope", "leaning", pytest.param("wall", marks=pytest.mark.heavy), "pile", "tower", "arch", "layers"]
+)
 def test_agrees_with_the_limit_analysis_of_the_program(family):
     """Two programs of which neither knows the other's contacts."""
     judged = 0

@@ -17,7 +17,7 @@ from benchmarks.campaign.trial import trial_of
 LINEAR = bsm.Options(scheme="linear", threads=1)
 RTOL = 1e-6  # of the greatest displacement: rounding of a stiff system
 EVERYTHING = [
-    ("slope+bolts", 1),
+    pytest.param("slope+bolts", 1, marks=pytest.mark.heavy),
     ("tunnel+water", 0),
     ("wall+stages", 2),
     ("arch", 5),
