@@ -48,6 +48,7 @@ def test_output_folders_that_cannot_be(case: Case, command: str, monkeypatch: py
     case.refuses(command, "model.toml", says=["is not writable", "choose another folder"])
 
 
+@pytest.mark.heavy
 def test_a_run_writes_only_into_a_folder_of_its_own(case: Case) -> None:
     """The user's own model.toml and bolts.csv carry the names of results; so may anything else."""
     case.write("bolts.csv", "start_x,start_y,end_x,end_y,diameter\n0.5,0.2,0.5,1.8,0.02\n")
@@ -71,6 +72,7 @@ def test_variants_beside_each_other_do_not_replace_each_other(case: Case) -> Non
     assert two - one == pytest.approx(-2e6)
 
 
+@pytest.mark.heavy
 def test_what_a_run_reads_in_its_own_folder_stays(case: Case) -> None:
     """As where one changes the model as run, there, and runs it again: neither it nor its mesh is eaten."""
     assert case.run("run", "model.toml", "-q").code == 0

@@ -87,6 +87,7 @@ def test_a_cell_crowded_with_small_blocks_is_swept():
     assert len([1 for i, j in found if j < 200]) > 200
 
 
+@pytest.mark.heavy
 def test_a_block_round_all_others_is_the_pair_of_those_near_its_edges_only():
     outside = [(-50, 0), (-50, -50), (51, -50), (51, 51), (-50, 51), (-50, 0.5)]
     inside = [(-49, 0.5), (-49, 50), (50, 50), (50, -49), (-49, -49), (-49, 0)]

@@ -94,6 +94,7 @@ def test_a_disc_cuts_the_cells_whose_sections_have_their_centre_inside_it():
     assert_allclose(blocks.contact_polygons.area[cut], 5, rtol=ROUNDING)
 
 
+@pytest.mark.heavy
 def test_persistence_cuts_a_part_of_the_cells():
     sets = [a_set("A", 90, 90, spacing=0.1, origin=BOX[0]), a_set("B", 0, 0, spacing=0.2, origin=BOX[0])]
     whole = blocks_of(joints=sets)

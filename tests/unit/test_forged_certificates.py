@@ -36,9 +36,9 @@ def incline(friction: float, **given: Any) -> bsm.Model:
 
 def wall() -> bsm.Model:
     """Return a tilted wall in bond: faces of several blocks on each other."""
-    cells = [rectangle(-1, -1, 5, 0)]
-    for course in range(3):
-        heads = [0, 1, 2, 3, 4] if course % 2 == 0 else [0, 0.5, 1.5, 2.5, 3.5, 4]
+    cells = [rectangle(-1, -1, 3, 0)]
+    for course in range(2):
+        heads = [0, 1, 2] if course % 2 == 0 else [0, 0.5, 1.5, 2]
         cells += [rectangle(x, course, u, course + 1) for x, u in pairwise(heads)]
     return model_of([turned(cell, -20.0) for cell in cells], friction=15.0)
 

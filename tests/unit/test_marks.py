@@ -281,6 +281,7 @@ scheme = "linear"
 """
 
 
+@pytest.mark.heavy
 def test_a_bare_mesh_in_a_model_file(case: Case) -> None:
     """Quadrilaterals without line elements or groups: everything else is in the model file, and runs again."""
     import meshio

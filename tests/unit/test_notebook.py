@@ -36,6 +36,7 @@ def test_one_stage_has_no_table_of_stages():
     assert "<th>stage</th>" not in bsm.run(incline(40.0, 30.0))._repr_html_()
 
 
+@pytest.mark.heavy
 def test_a_factor_of_safety():
     answer = bsm.factor_of_safety(incline(30.0, 40.0))
     shown = unescape(answer._repr_html_())

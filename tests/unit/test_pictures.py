@@ -150,6 +150,7 @@ def test_names_of_blocks_keep_clear_of_each_other_and_tell_weights_of_what_was_t
     assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
 
 
+@pytest.mark.heavy
 def test_fragments_too_small_to_count_are_counted_and_have_no_ring() -> None:
     from matplotlib.patches import Circle
 

@@ -141,6 +141,7 @@ def test_without_pyvista(results: Results, monkeypatch: pytest.MonkeyPatch) -> N
         results.to_pyvista()
 
 
+@pytest.mark.heavy
 def test_tables_are_the_same_as_csv_parquet_and_pandas(results: Results, folder: Path, tmp_path: Path) -> None:
     results.save(tmp_path, tables="parquet")
     assert not list(tmp_path.glob("contacts.csv"))

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import types
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -20,18 +20,14 @@ import psutil
 import pytest
 
 import bsm_mesh as bsm
-import bsm_mesh.commands.study as app_study
 from bsm_mesh.commands import study as module
 from bsm_mesh.commands.study import run_study
 from bsm_mesh.commands.study_file import load_study
 from bsm_mesh.commands.study_work import work_of
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.study_folder import RUNS
-from bsm_mesh.studies.sampling import Value
-from bsm_mesh.studies.scheduler import Work
 from bsm_mesh.studies.statistics import main_answer
 from bsm_mesh.studies.table import StudyTable, make_table
-from bsm_mesh.worker_pool import Finished
 from tests.scenes.small_case import LOAD, MODEL, Case, command, environment, run_process
 from tests.scenes.square_mesh import msh
 from tests.scenes.studies import RUNS_OF_STUDY, STUDY, finished, rows, wait_for
@@ -42,22 +38,6 @@ def study(case: Case) -> Case:
     case.write("model.toml", MODEL.replace(LOAD, ""))
     case.write("study.toml", STUDY)
     return case
-
-
-HOLDS = "mean = 60, deviation = 4, lower = 50, upper = 70"  # friction by which every run is stable, which is quick
-FEW = STUDY.replace(f"runs = {RUNS_OF_STUDY}", "runs = 2").replace(
-    "mean = 30, deviation = 4, lower = 20, upper = 40", HOLDS
-)
-
-
-class Here:
-    """Does the runs in this process: to start another takes longer than they do."""
-
-    def __init__(self, count: int) -> None:
-        assert count == 1
-
-    def run(self, work: Work, tasks: Mapping[int, Mapping[str, Value]]) -> Iterator[Finished]:
-        return (Finished(run=run, answers=work(run, values)) for run, values in tasks.items())
 
 
 @pytest.fixture(scope="module")
@@ -80,27 +60,6 @@ def whole(whole_folder: Path) -> dict[str, list[Any]]:
 def done(study: Case, whole_folder: Path) -> Case:
     """Return the study with all of its runs done."""
     shutil.copytree(whole_folder, study.folder / "out/study")
-    return study
-
-
-@pytest.fixture(scope="module")
-def few_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a study of two runs, without pictures."""
-    folder = tmp_path_factory.mktemp("few")
-    (folder / "model.toml").write_text(MODEL.replace(LOAD, ""))
-    (folder / "mesh.msh").write_text(msh())
-    (folder / "study.toml").write_text(FEW)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(app_study, "Processes", Here)
-        patch.setattr(app_study, "draw_study", lambda *given, **named: [])
-        return bsm.study(folder / "study.toml", processes=1).folder
-
-
-@pytest.fixture
-def few(study: Case, few_folder: Path) -> Case:
-    """Return that study with its runs done."""
-    study.write("study.toml", FEW)
-    shutil.copytree(few_folder, study.folder / "out/study")
     return study
 
 
@@ -293,35 +252,6 @@ def test_a_run_that_fails_is_a_row(study: Case) -> None:
     assert "1 run crashed: " in said.out
     told = json.loads(Path("out/study/summary.json").read_text())["failure"]
     assert (told["failed"], told["share"], told["bounds"], told["interval"]) == (1, 0.0, [0.0, 0.5], None)
-
-
-def test_another_study_in_the_same_folder_is_refused(few: Case) -> None:
-    study = few
-    study.write("study.toml", FEW.replace("runs = 2", "runs = 3"))
-    study.refuses("study", "study.toml", "-q", says=["out/study holds the runs of another study", "-o, or remove"])
-    study.write("study.toml", FEW)
-    study.write("model.toml", MODEL.replace(LOAD, "").replace("10 GPa", "11 GPa"))
-    study.refuses("study", "study.toml", "-q", says=["the model file was changed"])
-    study.write("model.toml", MODEL.replace(LOAD, ""))
-    study.write("mesh.msh", msh([(0.5, 0.0), *[(x, y) for y in range(3) for x in range(3)][1:]]))
-    study.refuses("study", "study.toml", "-q", says=["the model's mesh"])
-
-
-def test_changed_answers_and_changed_code_are_noticed(few: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    journal = few.folder / "out/study" / RUNS
-    before = journal.read_text()
-    journal.write_text(before.replace('"max_displacement": ', '"max_displacement": 1', 1))
-    few.refuses("study", "study.toml", "-q", says=["line 2 is not as this study wrote it", "are done again"])
-    journal.write_text(before)
-    monkeypatch.setattr(app_study, "code_digest", lambda: "0")
-    few.refuses("study", "study.toml", "-q", says=["they were done by another state of bsm-mesh"])
-    assert journal.read_text() == before
-
-
-def test_what_is_of_no_study_is_never_replaced(study: Case) -> None:
-    study.write("mine/notes.txt", "mine")
-    study.refuses("study", "study.toml", "-o", "mine", "-q", says=["mine holds files that no study wrote (notes.txt)"])
-    study.refuses("study", "study.toml", "-o", "mine/notes.txt", "-q", says=["is not a folder"])
 
 
 @pytest.mark.slow

@@ -45,6 +45,7 @@ def slippery(case, friction):
     return Case(trial=trial, record=case.record, results=case.results)
 
 
+@pytest.mark.heavy
 def test_a_true_end_contradicts_nothing(standing):
     found = judge(standing)
     assert found["contradictions"] == []
