@@ -83,7 +83,7 @@ def test_the_movement_as_a_gif(moved: Case) -> None:
     assert rows[-1] > rows[0] + 5  # and down
 
 
-@pytest.mark.heavy
+@pytest.mark.usefixtures("drawn_here")
 def test_the_position_at_a_step(moved: Case) -> None:
     early, late = (moved.run("plot", "out/model", "--step", step) for step in ("5", "99999"))
     assert early.code == late.code == 0

@@ -67,7 +67,6 @@ def test_the_others_are_shaken_on_without_what_came_down():
     assert stage.shaking.time[-1] == 3.0
 
 
-@pytest.mark.heavy
 def test_results_come_back_from_their_folder(tmp_path):
     results = bsm.run(wall(replace(IMPLICIT, every=0.25), courses=2, bricks=2))
     results.save(tmp_path / "out")

@@ -131,6 +131,17 @@ def folder(tmp_path):
     return tmp_path
 
 
+def test_the_command_at_one_stress(folder):
+    words = ["joint-test", str(folder / "model.toml"), "--joint", "J1", "--normal-stress", "1 MPa", "--json"]
+    done = CliRunner().invoke(cli, [*words, "-o", str(folder / "out")])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    names = {"joint_shear.csv", "joint_closure.csv", "joint_shear.png", "joint_closure.png"}
+    assert {name.rsplit("/", 1)[-1] for name in told["files"]} == names
+    assert_allclose(told["closure"], 1e6 * 2e-4 / (10e9 * 2e-4 + 1e6), rtol=1e-9)
+    assert all((folder / "out" / name).stat().st_size > 500 for name in names)
+
+
 @pytest.mark.slow
 def test_the_command_writes_tables_and_pictures(folder):
     words = [

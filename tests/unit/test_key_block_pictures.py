@@ -49,7 +49,6 @@ def test_bad_input_is_named(pyramid, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.heavy
 def test_a_picture_says_what_its_numbers_and_colours_are_and_where_north_is(pyramid, tmp_path, monkeypatch):
     """The legend names the required factor; a title of one's own keeps the view."""
     blocks, found = pyramid

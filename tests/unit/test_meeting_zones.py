@@ -225,7 +225,6 @@ def test_the_tangent_is_the_derivative_of_the_forces():
         assert_allclose((down - up) / (2 * step), K[:, k], atol=1e-8 * np.abs(K).max())
 
 
-@pytest.mark.heavy
 def test_a_run_goes_on_from_its_memory_with_the_points_that_met():
     run = met(scenes.dropped(0.005, **SOFT))._run
     joints, other = run.state.joints, type(run)(run.of, run.stiffness)

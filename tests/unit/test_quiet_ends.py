@@ -71,7 +71,6 @@ def test_threads_change_no_digit(monkeypatch):
     assert_array_equal(one.shaking.energy, other.shaking.energy)
 
 
-@pytest.mark.heavy
 def test_supports_hold_again_where_they_were_and_notes_name_the_wave():
     results = bsm.run(on_quiet_base())
     rest, stage = results.stages

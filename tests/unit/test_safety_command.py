@@ -238,7 +238,6 @@ def test_numbers_that_cannot_be_varied(given, tmp_path, arguments, says):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.heavy
 def test_back_analysis_by_the_command(given):
     """A run at 1e10 Pa/m gives the movement, and the movement the stiffness."""
     u, v, _ = bsm.run(incline(40.0, 30.0)).stages[0].displacement[1]

@@ -257,7 +257,6 @@ def test_pictures_that_space_does_not_have_are_refused(roof: Path, wish: dict, m
         list(draw_pictures(roof, PictureChoice(stage="-1", **wish)))
 
 
-@pytest.mark.heavy
 def test_a_block_moves_from_frame_to_frame_to_where_it_is_at_the_end(roof: Path) -> None:
     saved, results = SavedResults(roof), bsm.Results.load(roof)
     positions, frames = SpacePositions(saved), frames_in(saved)
@@ -274,7 +273,6 @@ def test_a_block_moves_from_frame_to_frame_to_where_it_is_at_the_end(roof: Path)
     assert draw_step(roof, 3).name == "position_00003.png"
 
 
-@pytest.mark.heavy
 def test_the_movement_is_drawn_with_the_excavation_before_it_is_made(roof: Path) -> None:
     with Image.open(animate(roof)) as film:
         assert film.n_frames == 5

@@ -223,7 +223,6 @@ def test_dask_gives_the_same_also_where_a_worker_is_killed(
     assert rows(study.folder / "out/study") == whole
 
 
-@pytest.mark.heavy
 def test_no_dask_scheduler(study: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("bsm_mesh.studies.dask_scheduler.WAITING", "1 s")

@@ -8,7 +8,6 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.pictures.figures import paper
@@ -30,7 +29,6 @@ def tilted() -> StudyTable:
     return table_of(answers, friction=list(friction), tilt=list(tilt))
 
 
-@pytest.mark.heavy
 def test_a_grid_has_the_answer_over_the_values(tmp_path: Path) -> None:
     names = {path.stem for path in draw_study(tilted(), MODEL, "Tilted", tmp_path, drawn=False)}
     assert names == {"model", "values"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -11,9 +10,6 @@ import pytest
 import bsm_mesh as bsm
 import bsm_mesh.commands.study as app_study
 from bsm_mesh.folder.study_folder import RUNS
-from bsm_mesh.studies.sampling import Value
-from bsm_mesh.studies.scheduler import Work
-from bsm_mesh.worker_pool import Finished
 from tests.scenes.small_case import LOAD, MODEL, Case
 from tests.scenes.square_mesh import msh
 from tests.scenes.studies import RUNS_OF_STUDY, STUDY
@@ -24,16 +20,6 @@ FEW = STUDY.replace(f"runs = {RUNS_OF_STUDY}", "runs = 2").replace(
 )
 
 
-class Here:
-    """Does the runs in this process: to start another takes longer than they do."""
-
-    def __init__(self, count: int) -> None:
-        assert count == 1
-
-    def run(self, work: Work, tasks: Mapping[int, Mapping[str, Value]]) -> Iterator[Finished]:
-        return (Finished(run=run, answers=work(run, values)) for run, values in tasks.items())
-
-
 @pytest.fixture(scope="module")
 def few_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a study of two runs, without pictures."""
@@ -42,7 +28,6 @@ def few_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "mesh.msh").write_text(msh())
     (folder / "study.toml").write_text(FEW)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(app_study, "Processes", Here)
         patch.setattr(app_study, "draw_study", lambda *given, **named: [])
         return bsm.study(folder / "study.toml", processes=1).folder
 

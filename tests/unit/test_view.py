@@ -138,7 +138,6 @@ def test_more_than_a_page_holds_is_refused(bolted: tuple[Results, Path], monkeyp
         read_view(SavedResults(bolted[1]))
 
 
-@pytest.mark.heavy
 def test_the_page_needs_nothing_else(bolted: tuple[Results, Path]) -> None:
     _, folder = bolted
     outcome = CliRunner().invoke(cli, ["view", str(folder)])

@@ -91,7 +91,6 @@ def test_sides_enclose_the_blocks(roof: Path, data: ViewData) -> None:
     assert content["eye"]["z"] < 0  # the eye is below the roof
 
 
-@pytest.mark.heavy
 def test_the_page_needs_nothing_else(roof: Path) -> None:
     for library in ("bokeh", "plotly"):
         pytest.importorskip(library)
