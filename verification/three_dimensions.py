@@ -9,6 +9,7 @@ import numpy as np
 import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
+from bsm_mesh.three_d.limit.points import LimitPoints
 from bsm_mesh.three_d.limit.strength import ConeStrength
 from tests.scenes.rock_3d import WEDGES, wedge_factor, wedge_rock
 from verification.case import Answer, Case
@@ -72,7 +73,7 @@ def column(height: float) -> tuple[bsm.Polyhedra, LimitAnalysis3D]:
     rock = three_d.RockMass(box=((0, 0, -1), (1, 1, height)), joints=joints)
     blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
     fixed = blocks.moments.centroid[:, 2] < 0
-    return blocks, LimitAnalysis3D(blocks.moments, blocks.contact_polygons, fixed)
+    return blocks, LimitAnalysis3D(blocks.moments, LimitPoints.of(blocks.contact_polygons), fixed)
 
 
 def torsion() -> Answer:
