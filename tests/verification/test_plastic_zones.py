@@ -11,14 +11,17 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.model.strength import with_strength
 from bsm_mesh.pictures.safety_pictures import draw_mechanism
+from bsm_mesh.results.evidence import Proof
 from bsm_mesh.safety.trials import Reduction
-from bsm_mesh.solve.zones import equilibrium
+from bsm_mesh.solve.limit import proof as limit_proof
+from bsm_mesh.solve.zones import collapse, equilibrium
 from bsm_mesh.solve.zones.elasticity import nominal_constants
 from bsm_mesh.solve.zones.equilibrium import find_equilibrium
 from bsm_mesh.solve.zones.mohr_coulomb import SETS, Yielding
 from bsm_mesh.solve.zones.plastic_collapse import distance_left, plastic_collapse
 from bsm_mesh.solve.zones.scheme import zoned
 from bsm_mesh.solve.zones.stage_run import StageRun
+from bsm_mesh.solve.zones.stage_solution import movement
 from tests.scenes.plastic_zones import Hole, footing, slope
 from tests.scenes.yield_surfaces import LAME, SHEAR, TANGENT, tangent_error, trials
 
@@ -142,6 +145,26 @@ def test_no_equilibrium_is_nearer_than_the_bound(monkeypatch):
         assert plastic_collapse(equations, at, start) is None
     assert len(bounds) > 4
     assert 0.05 * np.abs(rest.u).max() < max(bounds) <= np.abs(rest.u).max()
+
+
+def test_limit_analysis_is_asked_about_a_block_that_is_there(monkeypatch):
+    """Cells of an excavated block follow its neighbours. Where no equilibrium was found they may have moved most."""
+    model = Hole().model(6, 3)
+    gone = list(model.stages[0].excavate)
+
+    def moved(of, u):
+        found = movement(of, u)
+        found[gone] += 1.0
+        return found
+
+    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 1)
+    monkeypatch.setattr(collapse, "movement", moved)
+    asked = []
+    monkeypatch.setattr(limit_proof, "prove", lambda model, down: asked.append(down.tolist()) or Proof(text="no proof"))
+    stage = bsm.run(model).stages[-1]
+    assert stage.status == "not_converged"
+    assert asked
+    assert max(map(max, asked)) < int(stage.present.sum())
 
 
 def test_rock_that_is_put_back_is_without_plastic_strain():

@@ -78,7 +78,7 @@ def with_proof(of: Continuum, end: StageEnd, stage: StageResult, number: int, pr
     down = stage.unstable_blocks
     if not down.size:
         moved = stage.displacement if end.astray is None else movement(of, end.astray)
-        down = np.array([distances(moved).argmax()])
+        down = np.array([np.where(end.present, distances(moved), -1.0).argmax()])
     proof = _asked(of, end, stage, number, prove, down)
     if proof.witness is None:
         return replace(stage, proof=proof) if stage.status is Status.UNSTABLE else stage
