@@ -153,9 +153,8 @@ def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
             assert in_space(loaded.model.blocks)
             found = [*solver_faults(loaded.options), *space.overlap_faults(loaded.model.blocks)]
             space.refuse_unready(loaded.model, found, loaded.options.scheme)
-            touching = space.BlockSystem(
-                loaded.model
-            ).touching_pairs  # refuses contacts, bolts and supports as the run does
+            system = space.BlockSystem(loaded.model)  # refuses contacts, bolts and supports as the run does
+            touching = system.touching_pairs
     report = space_summary(loaded.model, touching)
     if as_json:
         say_json({**report, "notes": notes})
