@@ -45,12 +45,10 @@ class PlacedCells:
 
     def least_along(self, cell: IntArray, point: FloatArray, direction: FloatArray) -> FloatArray:
         """Return how far every cell (k,) lies ahead of a point (k, 3), in a direction (k, 3), at least, (k,) [m]."""
-        last = np.append(self.first_corner[1:], len(self.corner))
-        count = (last - self.first_corner)[cell]
+        count = np.diff(self.first_corner)[cell]
         corner, of = spread(self.first_corner[cell], count), np.repeat(np.arange(len(cell)), count)
         ahead = np.einsum("ij,ij->i", self.corner[corner] - point[of], direction[of])
-        found = np.full(len(cell), np.inf)
-        np.minimum.at(found, of, ahead)
+        found: FloatArray = np.minimum.reduceat(ahead, np.cumsum(count) - count)
         return found
 
     def depths(self, pairs: IntArray) -> FloatArray:
