@@ -164,8 +164,7 @@ def _stages_of(
     report("contacts")
     scheme: Scheme
     if in_space(model.blocks):
-        found = [*solver_faults(options), *space.overlap_faults(model.blocks)]
-        space.refuse_unready(model, found, options.scheme)
+        space.refuse_unready(model, solver_faults(options), options.scheme)
         scheme = ContinuationScheme(model, options, report, route or USUAL)
         return BlockStages(Analysis(model, scheme, watchers, options.falls, keep), report, tuple(notes_of(model)))
     ready = make_ready(model, options)

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.limit.of_model import SpaceLimit, limit_in_space, strength_in_space
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.bolts import pass_polyhedra
-    from bsm_mesh.three_d.model.given import faults_in_space, refuse_unready
+    from bsm_mesh.three_d.model.given import faults_in_space
     from bsm_mesh.three_d.model.loads import forces_in_space
     from bsm_mesh.three_d.model.notes import notes_in_space
     from bsm_mesh.three_d.model.parts import some_polyhedra
     from bsm_mesh.three_d.model.supports import bars_in_space
-    from bsm_mesh.three_d.overlap import overlap_faults
     from bsm_mesh.three_d.proof import proof_in_space
+    from bsm_mesh.three_d.readiness import refuse_unready
     from bsm_mesh.three_d.step.block_system import BlockSystem
 
 __all__ = [
@@ -42,7 +42,6 @@ __all__ = [
     "joint_polygons",
     "limit_in_space",
     "notes_in_space",
-    "overlap_faults",
     "pass_polyhedra",
     "polyhedra_at",
     "proof_in_space",
@@ -65,11 +64,10 @@ HOMES = {
     "joint_polygons": "bsm_mesh.three_d.joint_polygons",
     "limit_in_space": "bsm_mesh.three_d.limit.of_model",
     "notes_in_space": "bsm_mesh.three_d.model.notes",
-    "overlap_faults": "bsm_mesh.three_d.overlap",
     "pass_polyhedra": "bsm_mesh.three_d.model.bolts",
     "polyhedra_at": "bsm_mesh.three_d.blocks.cell_sides",
     "proof_in_space": "bsm_mesh.three_d.proof",
-    "refuse_unready": "bsm_mesh.three_d.model.given",
+    "refuse_unready": "bsm_mesh.three_d.readiness",
     "some_polyhedra": "bsm_mesh.three_d.model.parts",
     "strength_in_space": "bsm_mesh.three_d.limit.of_model",
 }

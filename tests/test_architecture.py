@@ -96,6 +96,7 @@ ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "joint_polygons": {"point_forces"},
     "proof": {"blocks", "limit", "step"},
     "check": {"overlap"},
+    "readiness": {"model", "overlap"},
     "overlap": {"blocks", "contacts"},
     "in_situ": {"contacts", "step", "stress_field"},
     "mechanics": {"contacts", "in_situ", "motion", "record", "step"},

@@ -150,9 +150,7 @@ def _tell_of_space(loaded: LoadedModel, as_json: bool) -> None:
         notes.append("for bsm-mesh key-blocks only: bsm-mesh run needs a [[support]]")
     else:
         with placed(loaded.path.name):
-            assert in_space(loaded.model.blocks)
-            found = [*solver_faults(loaded.options), *space.overlap_faults(loaded.model.blocks)]
-            space.refuse_unready(loaded.model, found, loaded.options.scheme)
+            space.refuse_unready(loaded.model, solver_faults(loaded.options), loaded.options.scheme)
             system = space.BlockSystem(loaded.model)  # refuses contacts, bolts and supports as the run does
             touching = system.touching_pairs
     report = space_summary(loaded.model, touching)

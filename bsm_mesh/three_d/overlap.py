@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
@@ -18,7 +20,8 @@ from bsm_mesh.three_d.contacts.clipping import near_blocks
 LEAST = CONTACT_TOLERANCE  # of the smaller block's size: less relative movement, or depth, is contact
 
 
-def overlap_faults(blocks: Polyhedra) -> list[str]:
+@lru_cache(maxsize=1)  # trials of a factor of safety have the same blocks
+def overlap_faults(blocks: Polyhedra) -> tuple[str, ...]:
     """Return a sentence for every two blocks that lie in each other as they were given.
 
     Around a volume that two cells share there is a face with one cell alone. So only cells with such faces are
@@ -30,12 +33,12 @@ def overlap_faults(blocks: Polyhedra) -> list[str]:
     rim[blocks.face_cells[blocks.face_cells[:, 1] < 0, 0]] = True
     found = _shared_volumes(blocks, cells, _near_pairs(blocks, cells, rim))
     least = SMALLEST_SHARE * blocks.moments.volume
-    return [
+    return tuple(
         f"blocks {a} and {b} overlap by {volume:.3g} m3 near {place(middle)}; "
         "remove one of them or make their faces meet"
         for (a, b), (volume, middle) in sorted(found.items())
         if volume > min(least[a], least[b])
-    ]
+    )
 
 
 def unexplained_overlap(blocks: Polyhedra, stage: StageResult) -> float:

@@ -94,7 +94,7 @@ def test_stones_that_touch_do_not_overlap(depth, origin):
     """Side by side, on a part of a face, over a gap, or closer by less than a thousandth of their size."""
     solids = [TABLE, CUBE, box((0.5, -0.5, 0), (1.5, 0.5, 1)), box((0.1, 0.2, 1 - depth), (1.1, 1.2, 2 - depth))]
     placed = [(np.add(corners, origin), faces) for corners, faces in solids]
-    assert overlap_faults(bsm.Polyhedra.from_solids(placed, rock="granite", joint="J1")) == []
+    assert overlap_faults(bsm.Polyhedra.from_solids(placed, rock="granite", joint="J1")) == ()
 
 
 @pytest.mark.heavy

@@ -1,13 +1,12 @@
-"""Possible contents of a model of polyhedra, and whether it can be run: refusals, a sentence each, with the cure."""
+"""Possible contents of a model of polyhedra: refusals, a sentence each, with the cure."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.histories import history_faults
-from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
 from bsm_mesh.model.supports import bars_of
@@ -107,31 +106,3 @@ def _stage_faults(stage: object) -> Iterable[str]:
         value = getattr(stage, key, None)
         if value is not None and value != () and value != 0:
             yield f"stage '{name}': {key} is for the plane; leave it out"
-
-
-def refuse_unready(model: Model, found: Iterable[str], scheme: str) -> None:
-    """Raise a `ModelError` with everything that forbids to run a model of polyhedra.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    found : iterable of str
-        Faults of solver and geometry found before, a sentence each.
-    scheme : str
-        Of the solver.
-    """
-    bars = bars_of(model.supports, model.blocks)
-    assert in_space(model.blocks)
-    faults = list(found)
-    if scheme != "continuation":
-        faults.append(f"scheme = '{scheme}' is for the plane; polyhedra are solved by 'continuation'")
-    if not len(bars.block):
-        faults.append("the model is free to move in any direction: no support holds it; hold some blocks or a boundary")
-    stages = [forces_in_space(loads, model.blocks).force for loads in (model.loads, *(s.loads for s in model.stages))]
-    waters = [model.water, *(stage.water for stage in model.stages)]
-    field = model.in_situ is not None and model.in_situ.method == "direct"
-    loaded = field or model.weights.any() or any(force.any() for force in stages) or any(waters)
-    if not loaded:
-        faults.append("nothing loads the model; give the rocks their unit_weight, or a load")
-    raise_faults(faults)
