@@ -9,6 +9,8 @@ from typing import Any
 
 from bsm_mesh.folder.study_folder import RUNS
 from bsm_mesh.studies.table import StudyTable
+from tests.scenes.small_case import LOAD, MODEL
+from tests.scenes.square_mesh import msh
 
 RUNS_OF_STUDY = 10
 STUDY = f"""\
@@ -29,6 +31,14 @@ coefficient = -0.3
 [scatter]
 joint.J1.friction = {{deviation = 0.5}}
 """
+
+
+def write_study(folder: Path, text: str = STUDY) -> Path:
+    """Write a study of a small model into a folder; return its file."""
+    (folder / "model.toml").write_text(MODEL.replace(LOAD, ""))
+    (folder / "mesh.msh").write_text(msh())
+    (folder / "study.toml").write_text(text)
+    return folder / "study.toml"
 
 
 def rows(folder: Path) -> dict[str, list[Any]]:

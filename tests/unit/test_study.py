@@ -30,13 +30,12 @@ from bsm_mesh.studies.statistics import main_answer
 from bsm_mesh.studies.table import StudyTable, make_table
 from tests.scenes.small_case import LOAD, MODEL, Case, command, environment, run_process
 from tests.scenes.square_mesh import msh
-from tests.scenes.studies import RUNS_OF_STUDY, STUDY, finished, rows, wait_for
+from tests.scenes.studies import RUNS_OF_STUDY, STUDY, finished, rows, wait_for, write_study
 
 
 @pytest.fixture
 def study(case: Case) -> Case:
-    case.write("model.toml", MODEL.replace(LOAD, ""))
-    case.write("study.toml", STUDY)
+    write_study(case.folder)
     return case
 
 
@@ -44,10 +43,7 @@ def study(case: Case) -> Case:
 def whole_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the study by one process, which nothing kills."""
     folder = tmp_path_factory.mktemp("whole")
-    (folder / "model.toml").write_text(MODEL.replace(LOAD, ""))
-    (folder / "mesh.msh").write_text(msh())
-    (folder / "study.toml").write_text(STUDY)
-    return bsm.study(folder / "study.toml", processes=1).folder
+    return bsm.study(write_study(folder), processes=1).folder
 
 
 @pytest.fixture(scope="module")

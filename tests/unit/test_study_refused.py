@@ -12,7 +12,7 @@ import bsm_mesh.commands.study as app_study
 from bsm_mesh.folder.study_folder import RUNS
 from tests.scenes.small_case import LOAD, MODEL, Case
 from tests.scenes.square_mesh import msh
-from tests.scenes.studies import RUNS_OF_STUDY, STUDY
+from tests.scenes.studies import RUNS_OF_STUDY, STUDY, write_study
 
 HOLDS = "mean = 60, deviation = 4, lower = 50, upper = 70"  # friction by which every run is stable, which is quick
 FEW = STUDY.replace(f"runs = {RUNS_OF_STUDY}", "runs = 2").replace(
@@ -24,18 +24,15 @@ FEW = STUDY.replace(f"runs = {RUNS_OF_STUDY}", "runs = 2").replace(
 def few_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a study of two runs, without pictures."""
     folder = tmp_path_factory.mktemp("few")
-    (folder / "model.toml").write_text(MODEL.replace(LOAD, ""))
-    (folder / "mesh.msh").write_text(msh())
-    (folder / "study.toml").write_text(FEW)
+    file = write_study(folder, FEW)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(app_study, "draw_study", lambda *given, **named: [])
-        return bsm.study(folder / "study.toml", processes=1).folder
+        return bsm.study(file, processes=1).folder
 
 
 @pytest.fixture
 def study(case: Case) -> Case:
-    case.write("model.toml", MODEL.replace(LOAD, ""))
-    case.write("study.toml", FEW)
+    write_study(case.folder, FEW)
     return case
 
 
