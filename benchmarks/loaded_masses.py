@@ -18,6 +18,7 @@ import numpy as np
 import bsm_mesh as bsm
 from benchmarks.pages import add_into, tell
 from benchmarks.rock_masses import ROUNDS, SIDE, continued, rock_mass, translating
+from bsm_mesh.arrays import IntArray
 from examples.numbers.pages import markdown
 
 MAKER = "python -m benchmarks.loaded_masses"
@@ -96,6 +97,7 @@ def judged(seed: int) -> dict[str, Any]:
     if told["not_named"]:
         told["translating"] = translating(model, known)
         told["glued"] = _glued(model, known)
+        told["united"] = _united(model, free, moved)
     return told
 
 
@@ -104,6 +106,22 @@ def _glued(model: bsm.Model, known: Sequence[int]) -> list[int]:
     joints = [replace(joint, tensile_strength=GLUE * joint.law.cohesion) for joint in model.joints]
     stage = bsm.run(model.replace(joints=joints), bsm.Options(threads=1)).stages[-1]
     return np.setdiff1d(stage.unstable_blocks, np.append(model.blocks.slivers, known)).tolist()
+
+
+def _united(model: bsm.Model, free: tuple[str, ...], moved: IntArray) -> list[int]:
+    """Return which of the blocks that move block theory names as one with those of them that they touch."""
+    blocks, found = model.blocks, []
+    polygons = blocks.contact_polygons
+    for block in moved:
+        pairs = np.stack([polygons.block_a, polygons.block_b], axis=1)[polygons.of(block)]
+        number = np.arange(blocks.count)
+        number[np.intersect1d(moved, pairs)] = block
+        left, cells = np.unique(number, return_inverse=True)
+        one = replace(blocks, cell_block=cells[blocks.cell_block].astype(np.int32), rock=blocks.rock[left])
+        named = bsm.key_blocks(model.replace(blocks=one), free=free)
+        if cells[block] in named.block[named.round > 0]:
+            found.append(int(block))
+    return found
 
 
 def table(records: Sequence[dict[str, Any]]) -> str:
@@ -128,10 +146,12 @@ def table(records: Sequence[dict[str, Any]]) -> str:
         turning = [not r["translating"][1] for r in others]
         glued = [not r["glued"] for r in others]
         proved = [not r["admissible"] for r in others]
-        whys = [any(why) for why in zip(turning, glued, proved, strict=True)]
+        united = [bool(r["united"]) for r in others]
+        whys = [any(why) for why in zip(turning, glued, proved, united, strict=True)]
         lines.append(f"{sum(turning)} of the other {len(others)} do so with the rotation of every block held")
         lines.append(f"{sum(glued)} with a tensile strength of joints of {GLUE} times their cohesion")
         lines.append(f"limit analysis proves that {sum(proved)} must move")
+        lines.append(f"in {sum(united)} block theory names a block as one with the moving blocks that it touches")
         left = [r["seed"] for r, why in zip(others, whys, strict=True) if not why]
         lines[-1] += f"; none of this explains {len(left)} (seeds {left})"
     loads = Counter(name for r in records for name in r["loads"])

@@ -70,6 +70,7 @@ def test_the_table_of_loaded_masses_names_the_exceptions():
             "certified": False,
             "translating": ("stable", []),
             "glued": [4],
+            "united": [],
         },
     ]
     unexplained = {**records[2], "seed": 4, "translating": ("unstable", [4])}
@@ -78,6 +79,7 @@ def test_the_table_of_loaded_masses_names_the_exceptions():
     assert "0 of 1 move blocks only that block theory names" in text
     assert "1 of the other 1 do so with the rotation of every block held" in text
     assert "0 with a tensile strength of joints of 10 times their cohesion; limit analysis proves that 0 must" in text
+    assert "in 0 block theory names a block as one with the moving blocks that it touches" in text
     assert "none of this explains 0 (seeds [])" in text
     assert "none of this explains 1 (seeds [4])" in loaded_masses.table([*records, unexplained])
     assert "| slope | inadmissible | stable | 1 |" in text
