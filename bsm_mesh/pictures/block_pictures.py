@@ -67,7 +67,7 @@ def draw_displacement(sheet: Sheet) -> str | None:
     greatest = _greatest(sheet, size)
     if greatest <= NOTHING * scene.size:
         return None
-    stays = np.where(scene.apart, 0.0, size)
+    stays = np.where(scene.apart, 0.0, np.minimum(size, greatest))
     values, unit = scaled(stays[scene.shown], "m")
     shown = np.zeros(len(size))
     shown[scene.shown] = values
@@ -108,7 +108,7 @@ def draw_arrows(sheet: Sheet) -> str | None:
     add_joints(sheet)
     stays = scene.shown[~scene.apart[scene.shown]]
     chosen = stays[scene.spread(middle(scene, stays), MOST_GLYPHS)]
-    values, unit = scaled(size[chosen], "m")
+    values, unit = scaled(np.minimum(size[chosen], greatest), "m")
     longest = 1.6 * scene.spacing(min(MOST_GLYPHS, len(stays)))
     factor = longest / max(greatest, longest_beside)
     drawn = arrows(sheet, middle(scene, chosen), vectors[chosen] * factor, values, cmap="plasma")
@@ -189,9 +189,10 @@ def _over(sheet: Sheet) -> None:
 
 
 def _greatest(sheet: Sheet, size: FloatArray) -> float:
-    """Return the greatest value of the blocks that stay and are seen."""
+    """Return the greatest value of the blocks that stay, are seen, and are not too small to count."""
     scene = sheet.scene
-    return float(size[scene.shown[~scene.apart[scene.shown]]].max(initial=0.0))
+    counts = scene.stage.counts & ~scene.apart
+    return float(size[scene.shown[counts[scene.shown]]].max(initial=0.0))
 
 
 def _unknown(sheet: Sheet) -> str:

@@ -167,10 +167,22 @@ def test_blocks_that_come_down_are_out_of_the_colour_scale(flake: bsm.results.Re
     figure = figure_of(flake, "displacement")
     moved = np.hypot(*flake.stages[-1].displacement[:, :2].T)
     assert moved[3] > 0.1
-    assert (
-        "displacement, mm" in figure.axes[1].get_ylabel()
-    )  # of the scale: the block that rests moves by 25 micrometres
+    assert "displacement, mm" in figure.axes[1].get_ylabel()  # the block that rests moves by 25 micrometres
     assert figure.axes[1].get_ylim()[1] == pytest.approx(1e3 * moved[1], rel=1e-6)
+
+
+def test_the_greatest_displacement_is_that_of_the_table(flake: bsm.results.Results) -> None:
+    """A block too small to count is in neither, nor does it stretch the scale."""
+    stage = flake.stages[-1]
+    moved, few = stage.displacement.copy(), np.array([2], np.int32)
+    moved[2, :2] = 3 * np.abs(moved[1, :2])
+    for small, most in ((few[:0], moved[2]), (few, moved[1])):
+        drawn = figure_of(
+            replace(flake, stages=[replace(stage, displacement=moved, small_blocks=small)]), "displacement"
+        )
+        greatest = float(np.hypot(*most[:2]))
+        assert f"greatest {engineering(greatest, 'm')}" in texts(drawn)
+        assert drawn.axes[1].get_ylim()[1] == pytest.approx(1e3 * greatest, rel=1e-6)
 
 
 def test_the_extreme_stress_is_that_of_the_run() -> None:
