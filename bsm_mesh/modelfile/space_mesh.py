@@ -9,6 +9,7 @@ from bsm_mesh.modelfile.build_mesh import mesh_source, unit_scale
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_tables import RockBoxTable, SpaceFile
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.model.notes import joints_between
 
 
 def source_faults(file: SpaceFile) -> list[str]:
@@ -107,5 +108,12 @@ def _unmatched(file: SpaceFile, blocks: Polyhedra) -> list[str]:
         "it in [groups]"
         for name in file.joint
         if name not in (*blocks.joint_names, mesh.default_joint)
+    ]
+    bounding = joints_between(blocks) | {mesh.default_joint}
+    faults += [
+        f"joint:{name} of the mesh bounds no two blocks; extend its surfaces to other joints or to the outside, or "
+        f"leave out both the group and [joint.{name}]"
+        for name in blocks.joint_names
+        if name in file.joint and name not in bounding
     ]
     return faults

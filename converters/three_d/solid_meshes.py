@@ -199,7 +199,11 @@ def _of_faces(
         chosen = np.unique(at[inner if name.kind is GroupKind.JOINT else ~inner]).astype(np.int32)
         of_name[name] = chosen
         if not len(chosen):
-            right = "between two volume elements" if name.kind is GroupKind.JOINT else "on the outside"
+            right = (
+                "between two volume elements; volumes on both sides share their nodes, by fragment in Gmsh"
+                if name.kind is GroupKind.JOINT
+                else "on the outside"
+            )
             faults.append(f"group '{name}': none of its {len(at)} surface elements lies {right}")
     raise_faults([f"{file}: {fault}" for fault in faults])
     return of_name

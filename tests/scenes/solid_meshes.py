@@ -119,3 +119,19 @@ def layers(path, *, recombine, bent=0.0):
             gmsh.model.mesh.setNode(tag, [at[0], at[1], at[2] + bent], [])
         gmsh.write(str(path))
     return path
+
+
+def pocket(path):
+    """Write a box of 3 x 3 x 2 m with a square of 1 m2 inside it, in the group of the joint J1."""
+    with gmsh_session():
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", 2.0)
+        occ = gmsh.model.occ
+        rock, joint = occ.addBox(0, 0, 0, 3, 3, 2), occ.addRectangle(1, 1, 1, 1, 1)
+        occ.fragment([(3, rock)], [(2, joint)])
+        occ.synchronize()
+        bottom = min(_middles(2).items(), key=lambda item: item[1][2])[0]
+        gmsh.model.addPhysicalGroup(3, [rock], name="rock:granite")
+        gmsh.model.addPhysicalGroup(2, [joint], name="joint:J1")
+        gmsh.model.addPhysicalGroup(2, [bottom], name="boundary:bottom")
+        _write(path)

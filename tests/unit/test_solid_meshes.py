@@ -14,7 +14,7 @@ from bsm_mesh.three_d.contacts.surfaces import Surfaces
 from tests.scenes.faults import fault
 from tests.scenes.rock_3d import wedge_factor
 from tests.scenes.small_case import Case
-from tests.scenes.solid_meshes import incline, layers, wedge
+from tests.scenes.solid_meshes import incline, layers, pocket, wedge
 
 ROUNDING = 1e-9  # of coordinates that Gmsh's geometry kernel has computed
 CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], dtype=float)
@@ -286,3 +286,13 @@ def test_key_blocks_of_a_mesh(case: Case):
     assert_allclose(
         factor, wedge_factor((dip, 135), (dip, 225), 1.125, (0, 0), 26e3, (40, 50), (0, 0)), rtol=1e-6
     )  # six digits are printed
+
+
+def test_a_joint_of_a_mesh_that_bounds_no_two_blocks_is_refused(case: Case):
+    """A square inside the rock is in the group of the joint, and the rock is one block around it."""
+    pocket("incline.msh")
+    text = MODEL.format(mesh='[mesh]\nfile = "incline.msh"\nblocks = "regions"', cut="", strength=1.0)
+    case.write("model.toml", text[: text.index("[[stage]]")])
+    outcome = case.run("check", "model.toml", "-q")
+    assert outcome.code == 2
+    assert "joint:J1 of the mesh bounds no two blocks; extend its surfaces to other joints or to the" in outcome.err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -76,3 +77,20 @@ def test_a_plane_of_water_that_slopes_above_the_ground() -> None:
     level, lower = (bsm.HeadPlane(point=(0.5, 0.5, z), dip=dip, dip_direction=90) for z, dip in ((2.25, 0), (2.0, 10)))
     for fine in (level, lower):
         assert not [note for note in notes_of(column(water=bsm.Water(plane=fine))) if "slopes" in note]
+
+
+def test_a_joint_that_ends_in_a_block_is_noted_and_bounds_none() -> None:
+    """Three cubes in a row of which two are one block: half of J1 is within it, or J2 as a whole."""
+    apart = bsm.Polyhedra.from_solids([box((0, 0, k), (1, 1, k + 1)) for k in range(3)], rock="rock", joint="J1")
+    one = replace(apart, cell_block=[0, 0, 1], rock=[0, 0])
+    kept = {"joints": [ELASTIC, bsm.Joint("J2", 1e9, 1e9)], "supports": [bsm.Fixed(blocks=[0])]}
+    model = bsm.Model(blocks=one, rocks=[bsm.Rock("rock", unit_weight=26e3)], **kept)
+    within = int(one.face_joint.argmax())
+    both = replace(
+        one, joint_names=("J1", "J2"), face_joint=[*one.face_joint[:within], 1, *one.face_joint[within + 1 :]]
+    )
+    assert (
+        "1 m2 of the 2 m2 of joint 'J1' end in the rock with the same block on both sides and bound none (near ("
+        in ("\n".join(notes_of(model)))
+    )
+    assert "joint 'J2' is used by no face; did you mean 'J1'? (known: J1)" in notes_of(model.replace(blocks=both))

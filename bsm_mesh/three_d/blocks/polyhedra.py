@@ -228,14 +228,19 @@ class Polyhedra(Portable):
         return contact_polygons(self.vertices, self.face_vertices, self.face_offsets, self.face_blocks, self.face_joint)
 
     @cached_property
+    def areas(self) -> FloatArray:
+        """Area of every face, (n_faces,) [m2]."""
+        area: FloatArray = np.linalg.norm(vector_areas(self.vertices[self.face_vertices], self.face_offsets), axis=1)
+        return area
+
+    @cached_property
     def surfaces(self) -> FloatArray:
         """Area of the surface of every block, (n,) [m2]; faces between its own cells are not among it."""
-        area = np.linalg.norm(vector_areas(self.vertices[self.face_vertices], self.face_offsets), axis=1)
         first, second = self.face_blocks.T
         found: FloatArray = np.zeros(self.count)
         for side in (first, second):
             bare = np.flatnonzero((side >= 0) & (first != second))
-            found += np.bincount(side[bare], area[bare], self.count)
+            found += np.bincount(side[bare], self.areas[bare], self.count)
         return found
 
     @property

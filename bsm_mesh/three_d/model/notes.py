@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import nearest
+from bsm_mesh.errors import nearest, place
 from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.kinds import in_space
@@ -37,12 +37,14 @@ if TYPE_CHECKING:
 
 def notes_in_space(model: Model) -> list[str]:
     """Return notes on a model of polyhedra that limit the trust in its verdict, a sentence each."""
+    assert in_space(model.blocks)
     rocks, joints = used_rocks(model), _used_joints(model)
     found = [
         *of_size(model),
         *of_what_is_held(model),
         *_unused("rock", "block", [rock.name for rock in model.rocks], [rock.name for rock in rocks]),
         *_unused("joint", "face", [joint.name for joint in model.joints], [joint.name for joint in joints]),
+        *_of_ends_in_blocks(model.blocks),
         *of_weights(rocks),
         *of_strength(rocks, joints),
         *of_idle_rocks(model, rocks),
@@ -64,9 +66,29 @@ def notes_in_space(model: Model) -> list[str]:
 
 def _used_joints(model: Model) -> list[Joint]:
     assert in_space(model.blocks)
-    numbers = np.unique(model.blocks.face_joint)
-    names = {model.blocks.joint_names[k] for k in numbers[numbers >= 0]} | {model.default_joint}
+    names = joints_between(model.blocks) | {model.default_joint}
     return [joint for joint in model.joints if joint.name in names]
+
+
+def joints_between(blocks: Polyhedra) -> set[str]:
+    """Return the names of the joints of faces in which two blocks touch."""
+    numbers = np.unique(blocks.contact_polygons.joint)
+    return {blocks.joint_names[k] for k in numbers[numbers >= 0]}
+
+
+def _of_ends_in_blocks(blocks: Polyhedra) -> Iterator[str]:
+    """Say which part of a joint has the same block on both sides."""
+    inside = blocks.face_blocks[:, 0] == blocks.face_blocks[:, 1]
+    for k, name in enumerate(blocks.joint_names):
+        mine = np.flatnonzero((blocks.face_joint == k) & (blocks.face_blocks[:, 1] >= 0))
+        ends = mine[inside[mine]]
+        if ends.size:
+            area = blocks.areas[ends].sum()
+            where = place(blocks.polygon(int(ends[0])).mean(axis=0))
+            yield (
+                f"{area:.4g} m2 of the {blocks.areas[mine].sum():.4g} m2 of joint '{name}' end in the rock with the "
+                f"same block on both sides and bound none (near {where})"
+            )
 
 
 def _unused(kind: str, part: str, defined: list[str], used: list[str]) -> Iterator[str]:
@@ -80,14 +102,14 @@ def _of_water(model: Model) -> Iterator[str]:
     vertices = model.blocks.vertices
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
     waters = (("water", model.water), *((f"stage '{stage.name}': water", stage.water) for stage in model.stages))
-    for place, water in waters:
+    for where, water in waters:
         if water is None or water.plane is None:
             continue
         depth = (water.plane.point - vertices) @ water.plane.up
         if depth.min() > high - low:
-            yield f"{place}: the plane lies {depth.min():.6g} m above the top of the model (z = {high:.6g} m)"
+            yield f"{where}: the plane lies {depth.min():.6g} m above the top of the model (z = {high:.6g} m)"
         if depth.max() < 0:
-            yield f"{place}: the plane lies below all blocks (the lowest point of the model is at z = {low:.6g} m)"
+            yield f"{where}: the plane lies below all blocks (the lowest point of the model is at z = {low:.6g} m)"
 
 
 def _ground(blocks: Polyhedra) -> FloatArray:
