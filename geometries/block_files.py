@@ -19,6 +19,7 @@ from bsm_mesh.geometries.cutting.block_cut import BlockCut
 from bsm_mesh.geometries.cutting.fans import divide_faces
 from bsm_mesh.geometries.cutting.pieces import IntArray
 from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.parameters import Checks
 from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 
 LINE, TRIANGLE = 1, 2  # Gmsh's numbers of element types
@@ -40,6 +41,9 @@ def write_blocks(cut: BlockCut, path: str | os.PathLike[str]) -> Path:
     GeometryError
         Where the file cannot be written.
     """
+    checks = Checks("write_blocks")
+    checks.a_thing(BlockCut, cut=cut)
+    checks.raise_faults()
     points, triangles, block = divide_faces(cut)
     groups, of_group = surface_groups(cut)
     with gmsh_session("blocks") as gmsh:
@@ -91,6 +95,11 @@ def mesh_blocks(
     GeometryError
         For more blocks than can be meshed, and where the file cannot be written.
     """
+    checks = Checks("mesh_blocks")
+    checks.a_thing(BlockCut, cut=cut)
+    checks.positive(size=size)
+    checks.true_or_false(quads=quads)
+    checks.raise_faults()
     if cut.count > MOST_MESHED:
         raise GeometryError(f"{cut.count} blocks are too many to mesh; write_blocks takes any number")
     groups, of_group = surface_groups(cut)

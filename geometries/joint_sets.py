@@ -105,7 +105,7 @@ class JointSet:
     abuts: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        checks = _checks_of("joint set", self.name)
+        checks = Checks.of_named("joint set", self.name)
         checks.number("degrees", dip=self.dip)
         self._check_density(checks)
         checks.within(0, 45, "degrees", scatter=self.scatter)
@@ -276,7 +276,7 @@ class Fault:
     extends: bool = False
 
     def __post_init__(self) -> None:
-        checks = _checks_of("fault", self.name)
+        checks = Checks.of_named("fault", self.name)
         checks.true_or_false(extends=self.extends)
         try:
             lines: list[object] = list(self.lines)
@@ -305,13 +305,6 @@ def bedding(name: str, dip: float, thickness: float | Spacing, **others: object)
     20
     """
     return JointSet(name=name, dip=dip, spacing=thickness, **others)  # type: ignore[arg-type]
-
-
-def _checks_of(kind: str, name: object) -> Checks:
-    """Return checks of a named thing, of its name first."""
-    checks = Checks(f"{kind} '{name}'" if isinstance(name, str) else kind)
-    checks.group_part(name=name)
-    return checks
 
 
 def _direction(dip: float) -> FloatArray:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from numbers import Integral, Real
 
-from bsm_mesh.errors import as_given, nearest
+from bsm_mesh.errors import as_given, nearest, one_line
 from bsm_mesh.geometries.errors import GeometryError
 
 
@@ -28,6 +28,13 @@ class Checks:
     def __init__(self, thing: str) -> None:
         self.thing = thing
         self.faults: list[str] = []
+
+    @classmethod
+    def of_named(cls, kind: str, name: object) -> Checks:
+        """Return checks of a thing that names a group, of its name first."""
+        checks = cls(f"{kind} '{name}'" if isinstance(name, str) else kind)
+        checks.group_part(name=name)
+        return checks
 
     def add(self, fault: str) -> None:
         """Add the sentence `fault`, with the name of the thing before it."""
@@ -97,9 +104,42 @@ class Checks:
 
     def group_part(self, **values: object) -> bool:
         """Return whether all `values` can name a group; add a fault for each that cannot."""
-        bad = {n: v for n, v in values.items() if not isinstance(v, str) or not v.strip() or v != v.strip()}
+        bad = {n: v for n, v in values.items() if not isinstance(v, str) or not v.strip() or v != one_line(v).strip()}
         for name, value in bad.items():
-            self.add(f"{name} = {as_given(value)} cannot name a group; give a text without spaces at its ends")
+            self.add(
+                f"{name} = {as_given(value)} cannot name a group; give one line of text without spaces at its ends"
+            )
+        return not bad
+
+    def group_part_or_none(self, **values: object) -> bool:
+        """Return whether all `values` can name a group or are None: not given."""
+        return self.group_part(**{name: value for name, value in values.items() if value is not None})
+
+    def a_thing(self, kind: type, **values: object) -> bool:
+        """Return whether all `values` are of a class; add a fault for each that is not."""
+        bad = {name: value for name, value in values.items() if not isinstance(value, kind)}
+        for name, value in bad.items():
+            package = kind.__module__.split(".geometries.")[-1].startswith("three_d")
+            self.add(
+                f"{name} = {as_given(value)} must be a {kind.__name__} of geometries{'.three_d' if package else ''}"
+            )
+        return not bad
+
+    def things(self, fits: Callable[[object], bool], wanted: str, **values: object) -> bool:
+        """Return whether all `values` are lists of things that fit; add a fault for each that is not.
+
+        Parameters
+        ----------
+        fits : callable
+            Says whether a thing is one of those that are wanted.
+        wanted : str
+            How a user writes one.
+        **values : object
+            The lists, by their names.
+        """
+        bad = {name: value for name, value in values.items() if not _is_list(value, fits)}
+        for name, value in bad.items():
+            self.add(f"{name} = {as_given(value)} must be a list, in brackets, of {wanted}")
         return not bad
 
     def raise_faults(self) -> None:
@@ -151,6 +191,12 @@ def _is_line(value: object, least: int) -> bool:
         and len(points) >= least
         and bool(np.isfinite(points).all())
     )
+
+
+def _is_list(value: object, fits: Callable[[object], bool]) -> bool:
+    if isinstance(value, str | Mapping) or not isinstance(value, Sequence):
+        return False
+    return all(fits(each) for each in value)
 
 
 def _is_vector(value: object) -> bool:

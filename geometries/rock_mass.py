@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
-from bsm_mesh.errors import crossing
-from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.errors import as_given, crossing
 from bsm_mesh.geometries.joint_sets import FloatArray, Joints, Points
+from bsm_mesh.geometries.parameters import Checks
 
 DeadEnds = Literal["keep", "extend", "cut"]
 TOLERANCE = 1e-6  # of the model's diagonal
@@ -47,6 +46,13 @@ class Region:
     clipped: bool = False
     intact: bool = False
 
+    def __post_init__(self) -> None:
+        checks = Checks("Region")
+        checks.group_part(rock=self.rock)
+        checks.group_part_or_none(border=self.border)
+        checks.true_or_false(clipped=self.clipped, intact=self.intact)
+        checks.raise_faults()
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Opening:
@@ -68,6 +74,11 @@ class Opening:
 
     outline: Points
     boundary: str = "opening"
+
+    def __post_init__(self) -> None:
+        checks = Checks("Opening")
+        checks.group_part(boundary=self.boundary)
+        checks.raise_faults()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,6 +104,12 @@ class Excavation:
     outline: Points
     name: str
     border: str | None = None
+
+    def __post_init__(self) -> None:
+        checks = Checks("Excavation")
+        checks.group_part(name=self.name)
+        checks.group_part_or_none(border=self.border)
+        checks.raise_faults()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -136,19 +153,25 @@ class RockMass:
     dead_ends: DeadEnds = "keep"
 
     def __post_init__(self) -> None:
-        faults = []
-        for number, region in enumerate(self.regions):
-            fault = outline_fault(region.outline)
-            if fault:
-                faults.append(f"region {number} ({type(region).__name__}): {fault}")
-        if not any(isinstance(region, Region) and not region.clipped for region in self.regions):
-            faults.append("there is no rock; give at least one Region(outline=..., rock=...)")
-        if self.tolerance is not None and not (math.isfinite(self.tolerance) and self.tolerance > 0):
-            faults.append(f"tolerance = {self.tolerance} must be above 0 m")
-        if self.dead_ends not in ("keep", "extend", "cut"):
-            faults.append(f"dead_ends = {self.dead_ends!r} must be 'keep', 'extend' or 'cut'")
-        if faults:
-            raise GeometryError(faults)
+        checks = Checks("rock mass")
+        if checks.things(_is_part, "Region(...), Opening(...) or Excavation(...)", regions=self.regions):
+            for number, region in enumerate(self.regions):
+                fault = outline_fault(region.outline)
+                if fault:
+                    checks.add(f"region {number} ({type(region).__name__}): {fault}")
+            if not any(isinstance(region, Region) and not region.clipped for region in self.regions):
+                checks.add("there is no rock; give at least one Region(outline=..., rock=...)")
+        checks.things(_gives_traces, "JointSet(...), Fault(...) or other joints of the plane", joints=self.joints)
+        checks.count(0, seed=self.seed)
+        checks.positive_or_none(tolerance=self.tolerance)
+        checks.one_of(get_args(DeadEnds), dead_ends=self.dead_ends)
+        if isinstance(self.boundaries, Mapping):
+            checks.points(2, **{f"boundary '{name}'": line for name, line in self.boundaries.items()})
+        else:
+            checks.add(
+                f"boundaries = {as_given(self.boundaries)} must be a mapping by names: {{'base': [(x, y), ...]}}"
+            )
+        checks.raise_faults()
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:
@@ -191,13 +214,21 @@ class RockMass:
         return around
 
 
+def _is_part(thing: object) -> bool:
+    return isinstance(thing, Region | Opening | Excavation)
+
+
+def _gives_traces(thing: object) -> bool:
+    return isinstance(getattr(thing, "name", None), str) and callable(getattr(thing, "traces", None))
+
+
 def outline_fault(outline: Points) -> str | None:
     """Return the faults of an outline, or None."""
     import shapely
 
     try:
         corners = np.asarray(outline, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         corners = np.empty(0)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
         return "the outline needs three or more points (x, y) of finite numbers"

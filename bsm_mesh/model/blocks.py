@@ -242,7 +242,15 @@ class Blocks(Portable):
         return float(self.vertices[:, 0].min()), float(self.vertices[:, 0].max())
 
     def polygon(self, block: int) -> FloatArray:
-        """Return the corners of one block, (k, 2) [m]."""
+        """Return the corners of one block, (k, 2) [m].
+
+        Raises
+        ------
+        ModelError
+            If there is no block of this number.
+        """
+        if not 0 <= block < self.count:
+            raise ModelError(f"there is no block {block} (blocks 0 .. {self.count - 1})")
         return self.vertices[self.offsets[block] : self.offsets[block + 1]]
 
     def boundary_edges(self, name: str) -> IntArray:
@@ -267,14 +275,14 @@ class Blocks(Portable):
         array([0], dtype=int32)
         """
         edges = self.outer_edges
-        chosen = edges[self._edges_where(where)[edges]]
+        chosen = edges[self._edges_where("boundary", name, where)[edges]]
         if chosen.size == 0:
             raise ModelError(f"boundary '{name}': no outer edge fulfils the condition at both its ends")
         return self._with(boundaries={**self.boundaries, name: chosen})
 
     def with_joint(self, name: str, where: EdgePredicate) -> Blocks:
         """Return a copy in which the edges with ``where(x, y)`` true at both ends carry the joint `name`."""
-        chosen = self._edges_where(where)
+        chosen = self._edges_where("joint", name, where)
         if not chosen.any():
             raise ModelError(f"joint '{name}': no edge fulfils the condition at both its ends")
         names = self.joint_names if name in self.joint_names else (*self.joint_names, name)
@@ -294,10 +302,31 @@ class Blocks(Portable):
         made._own_arrays()
         return made
 
-    def _edges_where(self, where: EdgePredicate) -> npt.NDArray[np.bool_]:
-        at_corner = np.broadcast_to(np.asarray(where(*self.vertices.T), dtype=bool), self.nodes.shape)
+    def _edges_where(self, kind: str, name: str, where: EdgePredicate) -> npt.NDArray[np.bool_]:
+        at_corner = true_where(kind, name, where, self.vertices)
         both: npt.NDArray[np.bool_] = at_corner & at_corner[self.following]
         return both
+
+
+def true_where(kind: str, name: str, where: Callable[..., object], points: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return at which points (n, d) the condition ``where(x, y)`` of a named group is true.
+
+    Raises
+    ------
+    ModelError
+        For a name that is no text, and for a condition that does not return True or False for every point.
+    """
+    rules = Rules(kind, name)
+    rules.name(name)
+    found = np.asarray(where(*points.T)) if callable(where) else np.zeros(0)
+    if found.dtype != np.bool_ or found.shape not in ((), (len(points),)):
+        axes = ", ".join("xyz"[: points.shape[1]])
+        rules.faults.append(
+            f"{rules.thing}: where must be a function of the arrays {axes} that returns True or "
+            f"False for every point, such as lambda {axes}: y < 1e-9"
+        )
+    raise_faults(rules.faults)
+    return np.broadcast_to(found, len(points))
 
 
 def merge_points(points: FloatArray, tolerance: float) -> IntArray:

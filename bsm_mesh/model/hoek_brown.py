@@ -74,6 +74,7 @@ class HoekBrown:
     def __post_init__(self) -> None:
         rules = Rules("hoek_brown")
         rules.numbers(self)
+        raise_faults(rules.faults)
         given = {name for name in (*BY_INDEX, *BY_CONSTANTS) if getattr(self, name) is not None}
         if given not in (set(BY_INDEX), set(BY_CONSTANTS)):
             said = ", ".join(name for name in (*BY_INDEX, *BY_CONSTANTS) if name in given) or "none of them"

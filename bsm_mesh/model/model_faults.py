@@ -21,7 +21,7 @@ from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
-from bsm_mesh.model.supports import Fixed, Target, bars_of
+from bsm_mesh.model.supports import Fixed, Target, bars_of, points_down
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.zones import zone_faults, zones_in_space
 
@@ -94,10 +94,10 @@ def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
         in_situ.k0_across is not None or in_situ.trend is not None or len(in_situ.stress or IN_PLANE) > len(IN_PLANE)
     ):
         yield "in_situ: k0_across, trend and the components zz, yz, xz are for polyhedra; leave them out"
-    elif in_situ is not None and in_situ.surface is not None and model.gravity_direction != -90:
+    elif in_situ is not None and in_situ.surface is not None and not points_down(model.gravity_direction):
         yield (
-            f"in_situ: surface means ground under gravity straight down; gravity.direction is "
-            f"{model.gravity_direction:g} degrees: give the field as stress = {{xx, yy, xy}}"
+            f"in_situ: surface means ground under gravity straight down; gravity_direction is "
+            f"{model.gravity_direction!r} degrees: give -90, or the field as stress = {{xx, yy, xy}}"
         )
     elif in_situ is not None and in_situ.surface is not None:
         yield from _surface_faults(in_situ, model.blocks)

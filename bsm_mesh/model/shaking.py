@@ -122,24 +122,31 @@ class Shaking:
 
     def __post_init__(self) -> None:
         rules = Rules("shaking")
-        rules.numbers(self, without=("contact_damping",) if self.contact_damping == HOUSNER else ())
-        rules.choice("quantity", self.quantity, get_args(MotionQuantity))
-        rules.choice("integrator", self.integrator, get_args(Integrator))
-        object.__setattr__(self, "quiet", rules.texts("quiet", self.quiet))
-        rules.text("boundary", self.boundary, optional=True)
+        self._check_kinds(rules)
+        raise_faults(rules.faults)
         rules.faults += [*self._boundary_faults(), *self._implicit_faults()]
         if (self.record is None) == (self.waveform is None):
             rules.faults.append("shaking: needs a record or a waveform, and not both")
         elif self.record is not None:
             object.__setattr__(self, "record", _series(self.record, rules))
         else:
-            rules.choice("waveform", self.waveform, get_args(Waveform))
             rules.faults += self._waveform_faults()
         if self.mass_damping is not None:
             object.__setattr__(self, "mass_damping", _damping(self.mass_damping, rules))
         raise_faults(rules.faults)
         if self.every is not None and self.every > self.length:
             raise_faults([f"shaking: every = {self.every:g} s is longer than the {self.length:g} s that are followed"])
+
+    def _check_kinds(self, rules: Rules) -> None:
+        """Hold every field to its kind, before those that belong together are compared."""
+        damping = self.contact_damping
+        rules.numbers(self, without=("contact_damping",) if isinstance(damping, str) and damping == HOUSNER else ())
+        rules.choice("quantity", self.quantity, get_args(MotionQuantity))
+        rules.choice("integrator", self.integrator, get_args(Integrator))
+        if self.waveform is not None:
+            rules.choice("waveform", self.waveform, get_args(Waveform))
+        object.__setattr__(self, "quiet", rules.texts("quiet", self.quiet))
+        rules.text("boundary", self.boundary, optional=True)
 
     def _waveform_faults(self) -> list[str]:
         """Return the missing and the surplus values of the waveform."""

@@ -310,3 +310,8 @@ def unit_vector(degrees: float) -> FloatArray:
         return np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][int(quarter) % 4])
     angle = np.radians(degrees)
     return np.array([np.cos(angle), np.sin(angle)])
+
+
+def points_down(degrees: float) -> bool:
+    """Return whether an angle from the x axis is that of straight down, -90 or 270."""
+    return tuple(unit_vector(degrees)) == (0.0, -1.0)

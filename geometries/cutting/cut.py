@@ -16,6 +16,7 @@ from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces, gath
 from bsm_mesh.geometries.cutting.slivers import join_slivers
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.parameters import Checks
 from bsm_mesh.geometries.rock_mass import Opening, Region, RockMass
 from bsm_mesh.geometries.session import load_gmsh
 
@@ -41,7 +42,7 @@ def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
     Raises
     ------
     GeometryError
-        For another engine, and for outlines that enclose no rock.
+        For another engine, for outlines that enclose no rock, and for rock in three dimensions.
 
     Examples
     --------
@@ -53,6 +54,9 @@ def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
     >>> g.cut_blocks(rock).count
     4
     """
+    checks = Checks("cut_blocks")
+    checks.a_thing(RockMass, mass=mass)
+    checks.raise_faults()
     pieces, given = gather_pieces(mass)
     in_rock = _sums(pieces.joint, pieces.length, len(pieces.joint_names))
     given += _sums(pieces.joint, np.where(pieces.region < 0, 0.0, pieces.length), len(given))

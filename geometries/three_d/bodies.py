@@ -33,6 +33,7 @@ class HalfSpaces:
 
 
 Body = Sequence[HalfSpaces]
+PARTS = "parts, as prism(...), hull(...) and slope(...) give it"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,6 +51,12 @@ class Opening:
     body: Body
     boundary: str = "opening"
 
+    def __post_init__(self) -> None:
+        checks = Checks("Opening")
+        checks.things(_is_convex, PARTS, body=self.body)
+        checks.group_part(boundary=self.boundary)
+        checks.raise_faults()
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Excavation:
@@ -65,6 +72,12 @@ class Excavation:
 
     body: Body
     name: str
+
+    def __post_init__(self) -> None:
+        checks = Checks("Excavation")
+        checks.things(_is_convex, PARTS, body=self.body)
+        checks.group_part(name=self.name)
+        checks.raise_faults()
 
 
 def prism(
@@ -133,7 +146,7 @@ def hull(points: npt.ArrayLike) -> Body:
 
     try:
         equations = ConvexHull(np.asarray(points, dtype=np.float64)).equations
-    except (QhullError, ValueError):
+    except (QhullError, ValueError, TypeError, IndexError, OverflowError):
         raise GeometryError("hull: give four or more points (x, y, z) that do not lie in one plane") from None
     _, first = np.unique(equations.round(9), axis=0, return_index=True)  # a triangulated face comes several times
     chosen = equations[np.sort(first)]
@@ -183,6 +196,10 @@ def slope(
     front = HalfSpaces(np.array([-face, -floor]), np.array([-face @ foot, -floor @ foot]))
     above = HalfSpaces(np.array([face, -top, -floor]), np.array([face @ foot, -top @ crest, -floor @ foot]))
     return [front, above]
+
+
+def _is_convex(thing: object) -> bool:
+    return isinstance(thing, HalfSpaces)
 
 
 def _convex_parts(profile: FloatArray) -> list[FloatArray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, SupportsFloat
 
 import numpy as np
 import numpy.typing as npt
@@ -233,10 +233,9 @@ class JointSet:
 
 def _checks_of(kind: str, name: object, dip: object, dip_direction: object) -> Checks:
     """Return checks of a named joint, of its name and orientation first."""
-    checks = Checks(f"{kind} '{name}'" if isinstance(name, str) else kind)
-    checks.group_part(name=name)
+    checks = Checks.of_named(kind, name)
     if checks.number("degrees", dip=dip, dip_direction=dip_direction):
-        assert isinstance(dip, float | int)
-        if not 0 <= dip <= 90:
-            checks.add(f"dip = {dip:g} must lie from 0 to 90 degrees; the dip direction says to which side")
+        assert isinstance(dip, SupportsFloat)
+        if not 0 <= float(dip) <= 90:
+            checks.add(f"dip = {float(dip):g} must lie from 0 to 90 degrees; the dip direction says to which side")
     return checks

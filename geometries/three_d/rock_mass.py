@@ -63,6 +63,8 @@ class RockMass:
             low, high = np.asarray(parts, dtype=np.float64)
             if not (low < high).all():
                 checks.add("box: every coordinate of the second corner must be above that of the first")
+        checks.things(_gives_planes, "JointSet(...), JointPlane(...) or other joints in space", joints=self.joints)
+        checks.things(_is_part, "Opening(...) or Excavation(...)", bodies=self.bodies)
         checks.count(0, seed=self.seed)
         checks.group_part(rock=self.rock)
         checks.raise_faults()
@@ -111,6 +113,14 @@ class CellCut:
         return len(self.cell_rock)
 
 
+def _gives_planes(thing: object) -> bool:
+    return isinstance(getattr(thing, "name", None), str) and callable(getattr(thing, "planes", None))
+
+
+def _is_part(thing: object) -> bool:
+    return isinstance(thing, Opening | Excavation)
+
+
 def cut_cells(rock: RockMass) -> CellCut:
     """Return the cells of jointed rock: joints cut first, in the order given, then openings and excavations.
 
@@ -120,6 +130,9 @@ def cut_cells(rock: RockMass) -> CellCut:
         For a joint that cuts nothing, a body without rock in it, and planes that pass corners too near to divide faces;
         also for more than a million cells.
     """
+    checks = Checks("cut_cells")
+    checks.a_thing(RockMass, rock=rock)
+    checks.raise_faults()
     low, high = np.asarray(rock.box, dtype=np.float64)
     _refuse_crowds(rock, low, high)
     cells = CellComplex(low, high)

@@ -165,6 +165,20 @@ def test_a_condition_that_no_edge_fulfils():
         blocks(SQUARE).with_joint("J", lambda x, y: y > 5)
 
 
+@pytest.mark.parametrize("where", [None, lambda x, y: x, lambda x, y: None, lambda x, y: np.zeros(3, dtype=bool)])
+def test_a_condition_that_says_no_truth_for_every_point(where):
+    with fault("boundary 'b': where must be a function of the arrays x, y that returns True or False for every point"):
+        blocks(SQUARE).with_boundary("b", where)
+
+
+def test_a_group_needs_a_name_and_a_polygon_its_block():
+    with fault("joint: the name must be a non-empty text"):
+        blocks(SQUARE).with_joint("", lambda x, y: y < 1)
+    for number in (-1, 1):
+        with fault(f"there is no block {number} (blocks 0 .. 0)"):
+            blocks(SQUARE).polygon(number)
+
+
 def test_with_joint_marks_both_sides():
     b = blocks(*grid(2, 1)).with_joint("J", lambda x, y: np.abs(x - 1) < 1e-9)
     assert b.joint_names == ("J",)

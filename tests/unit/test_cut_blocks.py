@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -18,7 +19,9 @@ from bsm_mesh.geometries import (
     RockMass,
     band,
     cut_blocks,
+    mesh_blocks,
     rectangle,
+    write_blocks,
 )
 from bsm_mesh.geometries.cutting.cut import Engine
 from tests.scenes.networks import areas, box, circle, lengths, rock
@@ -184,10 +187,10 @@ def test_a_further_set_leaves_the_others_as_they_are() -> None:
 def test_faults_of_a_description_are_collected() -> None:
     with pytest.raises(GeometryError) as caught:
         RockMass(regions=[Opening(outline=[(0, 0), (1, 1), (1, 0), (0, 1)])], tolerance=-1.0)
-    assert [fault.partition(";")[0].partition(":")[0] for fault in caught.value.faults] == [
+    assert [fault.partition(": ")[2].partition(";")[0].partition(":")[0] for fault in caught.value.faults] == [
         "region 0 (Opening)",
         "there is no rock",
-        "tolerance = -1.0 must be above 0 m",
+        "tolerance = -1.0 is not a positive number",
     ]
     with pytest.raises(GeometryError, match=r"persistence = 0\.5 needs a bridge"):
         JointSet(name="J1", dip=0, spacing=1, persistence=0.5)
@@ -266,3 +269,31 @@ def test_a_sliver_is_joined_to_the_block_beside_it_and_told(engine: Engine) -> N
     assert cut.report()[-1] == "1 sliver thinner than two tolerances joined to the adjacent block"
     assert sum(a.coincident for a in cut.accounts) == pytest.approx(10)
     assert sum(a.snapped for a in cut.accounts) == pytest.approx(0, abs=1e-4)
+
+
+SQUARE = Region(outline=box(0, 0, 4, 4), rock="r")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Region(outline=box(0, 0, 1, 1), rock=""), "Region: rock = '' cannot name a group"),
+        (lambda: Region(outline=box(0, 0, 1, 1), rock="r", border=3), "Region: border = 3 cannot name a group"),
+        (lambda: Region(outline=box(0, 0, 1, 1), rock="r", clipped="no"), "clipped = 'no' is not known"),
+        (lambda: Opening(outline=box(0, 0, 1, 1), boundary=None), "Opening: boundary = None cannot name a group"),
+        (lambda: Excavation(outline=box(0, 0, 1, 1), name="a\nb"), r"name = 'a\\nb' cannot name a group"),
+        (lambda: RockMass(regions=SQUARE), "regions = Region.* must be a list, in brackets, of Region"),
+        (lambda: RockMass(regions=[None]), r"regions = \[None\] must be a list"),
+        (lambda: RockMass(regions=[SQUARE], joints="J1"), "joints = 'J1' must be a list"),
+        (lambda: RockMass(regions=[SQUARE], seed=-1), "seed = -1 is not a whole number of at least 0"),
+        (lambda: RockMass(regions=[SQUARE], tolerance="1 mm"), "tolerance = '1 mm' is not a positive number"),
+        (lambda: RockMass(regions=[SQUARE], boundaries=[(0, 0), (1, 0)]), "boundaries = .* must be a mapping by names"),
+        (lambda: RockMass(regions=[SQUARE], boundaries={"b": [(0, 0)]}), "boundary 'b' = .* is no line of points"),
+        (lambda: cut_blocks([SQUARE]), "cut_blocks: mass = .* must be a RockMass of geometries$"),
+        (lambda: write_blocks(RockMass(regions=[SQUARE]), "m.msh"), "cut = .* must be a BlockCut of geometries"),
+        (lambda: mesh_blocks(cut_blocks(RockMass(regions=[SQUARE])), "m.msh", size=0), "size = 0 is not a positive"),
+    ],
+)
+def test_what_is_no_rock_mass_is_named(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(GeometryError, match=message):
+        make()

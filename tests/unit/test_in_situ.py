@@ -56,8 +56,10 @@ def test_what_is_no_field(given, words):
 
 
 def test_a_surface_needs_gravity_straight_down():
-    with pytest.raises(bsm.ModelError, match=r"gravity\.direction is -80"):
-        model(bsm.InSitu(surface=3.0), gravity_direction=-80.0)
+    for direction in (-80.0, np.nextafter(-90.0, 0.0)):
+        with pytest.raises(bsm.ModelError, match=rf"gravity_direction is {float(direction)!r} degrees: give -90"):
+            model(bsm.InSitu(surface=3.0), gravity_direction=float(direction))
+    assert model(bsm.InSitu(surface=3.0), gravity_direction=270.0).gravity_vector.tolist() == [0.0, -1.0]
 
 
 def test_tractions_need_a_field_and_a_boundary():

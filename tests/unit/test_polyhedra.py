@@ -146,6 +146,28 @@ def test_bad_solids_are_named(change, message):
         bsm.Polyhedra.from_solids([(change.get("corners", corners), change.get("faces", faces))], rock="a")
 
 
+@pytest.mark.parametrize(
+    ("solids", "given", "message"),
+    [
+        (None, {}, "solids = None must be a list of pairs"),
+        ([None], {}, "block 0: None must be a pair"),
+        ([box((0, 0, 0), (1, 1, 1))] * 2, {}, "block 1: lies on the same side of a face as block 0"),
+        ([box((0, 0, 0), (1, 1, 1))], {"rock": None}, "rock = None must be a list of texts"),
+        ([box((0, 0, 0), (1, 1, 1))], {"merge_tolerance": -1.0}, "merge_tolerance = -1 m must be 0 to 1 m"),
+    ],
+)
+def test_what_is_no_list_of_solids_is_named(solids, given, message):
+    with pytest.raises(bsm.ModelError, match=message):
+        bsm.Polyhedra.from_solids(solids, **{"rock": "granite", **given})
+
+
+def test_cells_and_conditions_of_another_kind_are_named():
+    with pytest.raises(bsm.ModelError, match=r"must be what geometries\.three_d.cut_cells returns"):
+        bsm.Polyhedra.from_cells(None)
+    with pytest.raises(bsm.ModelError, match="where must be a function of the arrays x, y, z"):
+        two_boxes().with_boundary("top", lambda x, y, z: z)
+
+
 def test_slivers_are_named():
     solids = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 1.0001))]
     assert bsm.Polyhedra.from_solids(solids, rock="a", joint="J").slivers.tolist() == [1]

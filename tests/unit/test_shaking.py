@@ -36,6 +36,9 @@ SINE = {"waveform": "sine", "frequency": 2.0, "amplitude": 3.0}
         ({**SINE, "quantity": "velocity", "quiet": ["a"], "boundary": "b"}, "boundary = 'b' is not quiet"),
         ({**SINE, "quiet": ["a", "a"]}, "names a boundary twice"),
         ({**SINE, "quiet": [3]}, "quiet"),
+        ({**SINE, "waveform": np.zeros(2)}, "waveform = array.* is unknown"),
+        ({**SINE, "integrator": np.zeros(2)}, "integrator = array.* is unknown"),
+        ({**SINE, "contact_damping": np.zeros(2)}, "contact_damping = array.* is not a finite number"),
     ],
 )
 def test_faults_are_said(given, fault):

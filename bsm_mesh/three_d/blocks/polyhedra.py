@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, ReadOnlyMapping, own_array
-from bsm_mesh.errors import ModelError, counted, nearest, place, raise_faults, shortened
-from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.errors import ModelError, as_given, counted, nearest, place, raise_faults, shortened
+from bsm_mesh.model.blocks import MERGE_TOLERANCE, true_where
 from bsm_mesh.model.values import Rules
 from bsm_mesh.three_d.blocks.cells import Cells, arrays_of_cells
 from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons, contact_polygons
@@ -172,7 +172,16 @@ class Polyhedra(Portable):
             What `geometries.three_d` has cut, or an object with the same arrays.
         whole : bool
             Whether every cell is a block of its own.
+
+        Raises
+        ------
+        ModelError
+            If `cells` are none.
         """
+        if not hasattr(cells, "face_cells"):
+            raise ModelError(
+                f"Polyhedra.from_cells: cells = {as_given(cells)} must be what geometries.three_d.cut_cells returns"
+            )
         return cls(**arrays_of_cells(cells, whole=whole))
 
     @classmethod
@@ -282,7 +291,7 @@ class Polyhedra(Portable):
         >>> blocks.with_boundary("bottom", lambda x, y, z: z < 1e-9).boundaries["bottom"]
         array([0], dtype=int32)
         """
-        at_point = np.broadcast_to(np.asarray(where(*self.vertices.T), dtype=bool), (len(self.vertices),))
+        at_point = true_where("boundary", name, where, self.vertices)
         whole: BoolArray = np.logical_and.reduceat(at_point[self.face_vertices], self.face_offsets[:-1])
         outer = self.outer_faces
         chosen = outer[whole[outer]]

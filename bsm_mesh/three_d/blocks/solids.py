@@ -9,8 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import ModelError, as_given, raise_faults
 from bsm_mesh.model.blocks import merge_points
+from bsm_mesh.model.quantities import MERGE_TOLERANCE
+from bsm_mesh.model.values import Rules, parts_of
 
 
 def arrays_of_solids(
@@ -20,23 +22,22 @@ def arrays_of_solids(
     merge_tolerance: float,
 ) -> dict[str, Any]:
     """Return the arrays of `Polyhedra`: solids touch where they share a whole face."""
-    names = [rock] * len(solids) if isinstance(rock, str) else list(rock)
-    if len(names) != len(solids):
-        raise ModelError(f"rock: {len(names)} names for {len(solids)} blocks; give one name, or one a block")
-    points, loops, owner = _corners_of(solids)
+    rules = Rules("Polyhedra.from_solids")
+    rules.number("merge_tolerance", merge_tolerance, MERGE_TOLERANCE)
+    given = parts_of(solids)
+    if given is None:
+        rules.faults.append(f"{rules.thing}: solids = {as_given(solids)} must be a list of pairs (corners, faces)")
+    names = [] if isinstance(rock, str) else list(rules.texts("rock", rock))
+    raise_faults(rules.faults)
+    points, loops, owner = _corners_of(given or [])
+    count = len(given or [])
+    if isinstance(rock, str):
+        names = [rock] * count
+    if len(names) != count:
+        raise ModelError(f"rock: {len(names)} names for {count} blocks; give one name, or one a block")
     number = merge_points(points, merge_tolerance)
     _, kept = np.unique(number, return_index=True)
-    matched: dict[tuple[int, ...], int] = {}
-    faces: list[list[int]] = []
-    cells: list[list[int]] = []
-    for loop, solid in zip(loops, owner, strict=True):
-        corners = [int(number[i]) for i in loop]
-        f = matched.setdefault(tuple(sorted(corners)), len(faces))
-        if f < len(faces):
-            cells[f][1] = solid
-        else:
-            faces.append(corners)
-            cells.append([solid, -1])
+    faces, cells = _shared_faces([[int(number[i]) for i in loop] for loop in loops], owner)
     sizes = [len(loop) for loop in faces]
     rock_names = tuple(dict.fromkeys(names))
     return dict(
@@ -45,27 +46,74 @@ def arrays_of_solids(
         face_offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
         face_cells=np.array(cells, dtype=np.int32).reshape(-1, 2),
         face_joint=np.array([0 if joint is not None and c[1] >= 0 else -1 for c in cells], dtype=np.int32),
-        cell_block=np.arange(len(solids), dtype=np.int32),
+        cell_block=np.arange(count, dtype=np.int32),
         rock=np.array([rock_names.index(name) for name in names], dtype=np.int32),
         rock_names=rock_names,
         joint_names=() if joint is None else (joint,),
     )
 
 
-def _corners_of(
-    solids: Sequence[tuple[npt.ArrayLike, Sequence[Sequence[int]]]],
-) -> tuple[FloatArray, list[list[int]], list[int]]:
+def _shared_faces(loops: list[list[int]], owner: list[int]) -> tuple[list[list[int]], list[list[int]]]:
+    """Return every face once, and the two solids that it is of; the second is -1 where there is none.
+
+    Raises
+    ------
+    ModelError
+        For faces without area, and for solids that lie on the same side of a face.
+    """
+    matched: dict[tuple[int, ...], int] = {}
+    faces: list[list[int]] = []
+    cells: list[list[int]] = []
+    faults: dict[tuple[int, int], str] = {}
+    for corners, solid in zip(loops, owner, strict=True):
+        f = matched.setdefault(tuple(sorted(corners)), len(faces))
+        if len({*corners}) < 3:
+            faults[solid, solid] = (
+                f"block {solid}: has a face without area; corners nearer than merge_tolerance are one"
+            )
+        elif f == len(faces):
+            faces.append(corners)
+            cells.append([solid, -1])
+        elif cells[f][1] >= 0 or _rotated(corners) == _rotated(faces[f]):
+            faults[cells[f][0], solid] = (
+                f"block {solid}: lies on the same side of a face as block {cells[f][0]}; corners run counter-clockwise "
+                "seen from outside, and blocks do not overlap"
+            )
+        else:
+            cells[f][1] = solid
+    raise_faults(list(faults.values()))
+    return faces, cells
+
+
+def _rotated(loop: list[int]) -> list[int]:
+    """Return a loop from its lowest corner on."""
+    first = loop.index(min(loop))
+    return loop[first:] + loop[:first]
+
+
+def _corners_of(solids: Sequence[Any]) -> tuple[FloatArray, list[list[int]], list[int]]:
     """Return the corners of all solids, the loops of all faces in them, and the solid of every face."""
     points, loops, owner, faults, count = [np.empty((0, 3))], [], [], [], 0
-    for s, (given, faces) in enumerate(solids):
-        corners = np.array(given, dtype=np.float64)
-        if corners.ndim != 2 or corners.shape[1] != 3 or not np.isfinite(corners).all():
-            faults.append(f"block {s}: needs corners (x, y, z), has an array of shape {corners.shape}")
+    for s, solid in enumerate(solids):
+        pair = parts_of(solid) or []
+        faces = [parts_of(face) or [] for face in parts_of(pair[1]) or []] if len(pair) == 2 else []
+        if not faces:
+            faults.append(f"block {s}: {as_given(solid)} must be a pair (corners, faces)")
             continue
-        wrong = [k for k, face in enumerate(faces) if not {*face} <= {*range(len(corners))} or len({*face}) < 3]
+        try:
+            corners = np.array(pair[0], dtype=np.float64)
+        except (TypeError, ValueError, OverflowError):
+            corners = np.empty(0)
+        if corners.ndim != 2 or corners.shape[1] != 3 or not np.isfinite(corners).all():
+            faults.append(
+                f"block {s}: needs corners (x, y, z) of finite numbers, has an array of shape {corners.shape}"
+            )
+            continue
+        known = range(len(corners))
+        wrong = [k for k, face in enumerate(faces) if not all(i in known for i in face) or len({*face}) < 3]
         faults += [f"block {s}: face {k} must name 3 or more of the corners 0 .. {len(corners) - 1}" for k in wrong]
-        loops += [[count + i for i in face] for face in faces]
-        owner += [s] * len(faces)
+        loops += [[count + int(i) for i in face] for k, face in enumerate(faces) if k not in wrong]
+        owner += [s] * (len(faces) - len(wrong))
         points.append(corners)
         count += len(corners)
     raise_faults(faults)

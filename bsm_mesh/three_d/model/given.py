@@ -9,7 +9,7 @@ from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.histories import history_faults
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
-from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.supports import bars_of, points_down
 from bsm_mesh.three_d.model.loads import forces_in_space
 from bsm_mesh.three_d.stress_field import in_situ_faults
 
@@ -37,7 +37,7 @@ def faults_in_space(model: Model) -> list[str]:
         faults += [
             f"{kind} '{name}' is defined more than once" for name in dict.fromkeys(defined) if defined.count(name) > 1
         ]
-    if model.gravity_direction != -90:
+    if not points_down(model.gravity_direction):
         faults.append("gravity_direction: with polyhedra z is up, and weights pull down; turn the blocks instead")
     if model.contact_points == "gauss":
         faults.append('contact_points: polyhedra take "both" (corners and centroids of faces) or "corners"')
