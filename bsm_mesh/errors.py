@@ -165,8 +165,8 @@ def shortened(text: str, most: int = LONGEST) -> str:
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
-def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:
-    """Return a hint such as ``"; did you mean 'top'? (known: bottom, top)"`` for an unknown name.
+def nearest(name: object, known: Iterable[str], most: int = MAX_SHOWN) -> str:
+    """Return a hint such as ``"; did you mean 'top'? (known: bottom, top)"`` for an unknown name, or for no text.
 
     Examples
     --------
@@ -178,6 +178,7 @@ def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:
     names = sorted(known)
     if not names:
         return " (there are none)"
+    name = name if isinstance(name, str) else ""
     lowered = {each.lower(): each for each in names}  # capitals are the least of differences
     close = difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.8)
     close += [each for each in lowered if len(name) >= LEAST_PART and name.lower() in each]

@@ -15,11 +15,13 @@ from typing import Any
 
 from bsm_mesh.commands.study_file import Study, load_study
 from bsm_mesh.commands.study_work import failed, work_of
-from bsm_mesh.errors import ModelError, counted
+from bsm_mesh.errors import ModelError, counted, raise_faults
 from bsm_mesh.files import write_text
 from bsm_mesh.folder.study_folder import SHEET, SUMMARY, TABLE, StudyFolder
 from bsm_mesh.folder.summary import code_digest
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.quantities import PROCESSES
+from bsm_mesh.model.values import Rules
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.pictures.study_pictures import draw_study
 from bsm_mesh.studies.scatter import scatter_joint
@@ -156,8 +158,9 @@ def _scheduler(processes: int | None, address: str | None) -> Scheduler:
         from bsm_mesh.studies.dask_scheduler import Dask
 
         return Dask(address)
-    if processes is not None and processes < 1:
-        raise ModelError(f"study: processes = {processes} must be 1 or more")
+    rules = Rules("study")
+    rules.number("processes", processes, PROCESSES, optional=True)
+    raise_faults(rules.faults)
     return Processes(processes or _cores())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, as_given, nearest
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.strength import joints_and_rocks_at, resolved
@@ -98,6 +98,6 @@ def stage_number(model: Model, stage: str | None) -> int:
     names = [INITIAL, *(each.name for each in model.stages)]
     if stage is None:
         return len(model.stages)
-    if stage not in names:
-        raise ModelError(f"there is no stage '{stage}'{nearest(stage, names)}")
+    if not isinstance(stage, str) or stage not in names:
+        raise ModelError(f"there is no stage {as_given(stage)}{nearest(stage, names)}")
     return names.index(stage)

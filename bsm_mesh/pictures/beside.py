@@ -6,9 +6,10 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, as_given, nearest
 from bsm_mesh.model.beside import Beside, faults_beside, unknown_stages
 from bsm_mesh.model.stages import INITIAL
+from bsm_mesh.model.values import parts_of
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.beside import set_beside, values_of_run
 from bsm_mesh.results.results import Results, Source
@@ -34,7 +35,12 @@ def with_sources(results: Results, given: Mapping[str, Source] | Sequence[Source
         raise ModelError("nothing to compare: the run recorded no [[history]]; add them and run it again")
     if isinstance(given, str | os.PathLike | Results):
         given = [given]
-    named = list(given.items()) if isinstance(given, Mapping) else [("", source) for source in given]
+    sources = parts_of(given)
+    if sources is None:
+        raise ModelError(
+            f"plot: values for comparison = {as_given(given)} must be paths, Results, or a mapping of names to them"
+        )
+    named = list(given.items()) if isinstance(given, Mapping) else [("", source) for source in sources]
     for name, source in named:
         if isinstance(source, Results):
             told = name or source.title or "other run"

@@ -18,11 +18,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, as_given, nearest
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.storage import load_results
+from bsm_mesh.model.values import is_number, parts_of
 from bsm_mesh.pictures.beside import with_sources
 from bsm_mesh.pictures.block_pictures import (
     draw_arrows,
@@ -190,9 +189,11 @@ def chosen_pictures(only: Sequence[str]) -> list[str]:
     names = list(NAMES)
     found: set[str] = set()
     for word in only:
-        mine = {word} & {*names} or {name for name in names if name.startswith(word)}
+        begins = isinstance(word, str) and bool(word)
+        mine = {name for name in names if begins and name.startswith(word)}
+        mine = {word} if begins and word in mine else mine
         if not mine:
-            raise ModelError(f"plot: there is no picture '{word}'{nearest(word, names, len(names))}")
+            raise ModelError(f"plot: there is no picture {as_given(word)}{nearest(word, names, len(names))}")
         found |= mine
     return [name for name in names if name in found or not only]
 
@@ -242,8 +243,9 @@ def refuse_window(window: Window | None, names: Sequence[str]) -> None:
         return
     if set(names) <= set(CHARTS):
         raise ModelError(f"plot: {' and '.join(names)} show no part of the model; leave the window (--window) away")
-    if len(window) != 4 or not (np.isfinite(window).all() and window[0] < window[2] and window[1] < window[3]):
-        told = " ".join(f"{each:g}" for each in window)
+    parts = parts_of(window) or []
+    if len(parts) != 4 or not all(map(is_number, parts)) or not (parts[0] < parts[2] and parts[1] < parts[3]):
+        told = " ".join(f"{each:g}" if is_number(each) else as_given(each) for each in parts) or as_given(window)
         raise ModelError(f"plot: window (--window) {told} must be X0 Y0 X1 Y1 with x0 below x1 and y0 below y1")
 
 

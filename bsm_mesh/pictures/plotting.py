@@ -16,7 +16,7 @@ from bsm_mesh.pictures.beside import with_sources
 from bsm_mesh.pictures.block_pictures import draw_model
 from bsm_mesh.pictures.canvas import finish
 from bsm_mesh.pictures.figures import plain_texts
-from bsm_mesh.pictures.pictures import figure_of
+from bsm_mesh.pictures.pictures import figure_of, refuse_window
 from bsm_mesh.pictures.scene import Window
 from bsm_mesh.pictures.sheets import new_sheet, scene_of
 from bsm_mesh.results.records import StageResult
@@ -40,6 +40,7 @@ def plot_results(
     """Return a picture of a stage; parameters and errors as for `Results.plot`."""
     if isinstance(beside, str | PathLike | Results) or beside:
         results = with_sources(results, beside)
+    refuse_axes(figure)
     drawn = figure_of(results, picture, stage, window, figure, look)
     if drawn is None:
         raise ModelError(f"plot: there is nothing to show in '{picture}' of that stage")
@@ -50,9 +51,19 @@ def plot_model(
     model: Model, window: Window | None, figure: Figure | None, look: tuple[float, float] | None = None
 ) -> Figure:
     """Return a picture of a model before it is run; parameters as for `Model.plot`."""
+    refuse_axes(figure)
+    refuse_window(window, ["model"])
     scene = scene_of(as_given(model), 0, f"{model.title or 'Model'}: as given", window=window, look=look)
     sheet = new_sheet(scene, figure)
     return _shown(finish(sheet, draw_model(sheet) or ""))
+
+
+def refuse_axes(figure: object) -> None:
+    """Raise a `ModelError` for anything but a figure of Matplotlib: axes of one, for example."""
+    if figure is not None and not hasattr(figure, "add_subplot"):
+        raise ModelError(
+            f"plot: figure is of the kind {type(figure).__name__}; it must be a matplotlib Figure, such as axes.figure"
+        )
 
 
 def _shown(figure: Figure) -> Figure:

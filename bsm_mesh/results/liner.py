@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray, Portable
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
 from bsm_mesh.model.quantities import LINER_COMPRESSION, TENSILE_STRENGTH
 from bsm_mesh.model.values import Rules
 from bsm_mesh.results.records import StageResult
@@ -141,8 +141,8 @@ def liner_forces(results: Results, rock: str, stage: StageResult | None = None) 
     ([26000.0], [1.0])
     """
     blocks = results.blocks
-    if rock not in blocks.rock_names:
-        raise ModelError(f"liner: there is no rock '{rock}'{nearest(rock, blocks.rock_names)}")
+    if not isinstance(rock, str) or rock not in blocks.rock_names:
+        raise ModelError(f"liner: there is no rock {as_given(rock)}{nearest(rock, blocks.rock_names)}")
     record = results.stages[-1] if stage is None else stage
     is_liner = blocks.rock == blocks.rock_names.index(rock)
     contacts = record.contacts

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, as_given
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.joint_sets import ROCK_FACE, joint_sets
 from bsm_mesh.results.records import ContactStatus, StageResult
@@ -43,8 +43,8 @@ def result_table(results: Results, name: str) -> ResultTable:
     ModelError
         If there is no table of that name.
     """
-    if name not in _COLUMNS:
-        raise ModelError(f"there is no table '{name}' of results; known: {', '.join(TABLES)}")
+    if not isinstance(name, str) or name not in _COLUMNS:
+        raise ModelError(f"there is no table {as_given(name)} of results; known: {', '.join(TABLES)}")
     parts = [_COLUMNS[name](results, stage) for stage in results.stages]
     sizes = [len(next(iter(part.values()))) for part in parts]
     columns: Columns = {

@@ -18,6 +18,7 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.shaking import Shaking
 from bsm_mesh.model.sliding_block import Sliding, slide
 from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.values import Rules
 from bsm_mesh.results.movement import step_in_words, verdict_in_words
 from bsm_mesh.results.records import Status
 from bsm_mesh.safety.answer import Safety, run_options
@@ -182,6 +183,10 @@ def newmark(
     >>> answer.sides[0].least < 0.33109 < answer.sides[0].sliding.permanent
     True
     """
+    rules = Rules("newmark")
+    rules.a_thing("model", model, Model)
+    rules.a_thing("shaking", shaking, Shaking, optional=True)
+    raise_faults(rules.faults)
     unknown = [side for side in sides if side not in get_args(Side)]
     if unknown or not sides:
         raise ModelError(f"newmark: sides = {list(sides)!r} must be 'left', 'right', or both")

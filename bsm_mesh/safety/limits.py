@@ -7,11 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, as_given
 from bsm_mesh.model.in_stage import model_up_to, resting_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.stages import INITIAL
+from bsm_mesh.model.values import is_number
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options, with_unit
 from bsm_mesh.safety.bound import Limit
 from bsm_mesh.safety.bracket import Range
@@ -123,8 +124,9 @@ def range_of(good: float, bad: float, tolerance: float) -> Range:
     ModelError
         If its ends are no two numbers.
     """
-    if not (math.isfinite(good) and math.isfinite(bad)) or good == bad:
+    if not (is_number(good) and is_number(bad)) or good == bad:
         raise ModelError(
-            f"the range {good:g} to {bad:g} must have two different ends: first a stable one, then a failing one"
+            f"the range {as_given(good)} to {as_given(bad)} must have two different ends: first a stable one, then a "
+            "failing one"
         )
     return Range(good=good, bad=bad, first=good, tolerance=tolerance, is_factor=False)

@@ -8,8 +8,9 @@ from bsm_mesh.converters.continuum.comparability import Comparability, corners_m
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.references import Request, solve_references
 from bsm_mesh.converters.continuum.stage_comparison import compare_stage
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.values import Rules
 from bsm_mesh.model.zones import has_zones
 from bsm_mesh.results.results import Results
 from bsm_mesh.solve.zones.mesh import Mesher
@@ -96,6 +97,10 @@ def compare_stages(
     ModelError
         If the results are another model's, or the continuum cannot be solved.
     """
+    rules = Rules("compare")
+    rules.a_thing("model", model, Model)
+    rules.a_thing("results", results, Results)
+    raise_faults(rules.faults)
     if results.model_digest != model.digest:
         raise ModelError("the results are not those of this model; run it again")
     refuse_zones(model)

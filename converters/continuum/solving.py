@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TypedDict, Unpack
 
 from bsm_mesh.converters.continuum.matched import ElasticityName, constants_of
+from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.values import Rules
 from bsm_mesh.solve.zones.mesh import Discretization, Mesher
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.stages import Continuum
@@ -63,4 +65,7 @@ def solve_continuum_stages(
         For rigid rocks without `joints`, bolts that end in the void, and parts free to move. Supports that contradict
         each other at a shared node are a fault too.
     """
+    rules = Rules("continuum")
+    rules.a_thing("model", model, Model)
+    raise_faults(rules.faults)
     return Continuum(model, Discretization(**discretization)).solve(constants_of(model, elasticity))

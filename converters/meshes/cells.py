@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +20,9 @@ from bsm_mesh.converters.meshes.cell_faults import (
 )
 from bsm_mesh.converters.meshes.node_sets import set_pieces
 from bsm_mesh.converters.meshes.report import Note, NoteKind
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import ModelError, as_given, raise_faults
 from bsm_mesh.model.edges import LongArray
+from bsm_mesh.model.values import parts_of
 
 CORNERS = {
     "triangle": 3,
@@ -97,6 +99,14 @@ class MeshCells:
         return len(self.offsets) - 1
 
 
+def _pairs(source: str, cells: Any) -> list[tuple[str, npt.ArrayLike]]:
+    """Return the type and the nodes of every block of elements; raise a `ModelError` where they are none."""
+    pairs = [tuple(parts_of(pair) or ()) for pair in parts_of(cells) or [()]]
+    if not all(len(pair) == 2 and isinstance(pair[0], str) for pair in pairs):
+        raise ModelError(f"{source}: cells = {as_given(cells)} must be pairs, as in [('triangle', [[0, 1, 2]])]")
+    return pairs
+
+
 def gather_cells(
     source: str,
     points: npt.ArrayLike,
@@ -136,7 +146,7 @@ def gather_cells(
         If there are volume elements, no surface elements, or nodes that do not exist.
     """
     array = _coordinates(source, points)
-    every = [(kind, _node_rows(source, kind, nodes)) for kind, nodes in cells]
+    every = [(kind, _node_rows(source, kind, nodes)) for kind, nodes in _pairs(source, cells)]
     raise_faults([f"{source}: {fault}" for fault in group_faults(sets, arrays, [len(nodes) for _, nodes in every])])
     kept = [k for k, (_, nodes) in enumerate(every) if len(nodes)]
     data = [every[k] for k in kept]

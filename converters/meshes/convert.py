@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -28,11 +27,12 @@ from bsm_mesh.converters.meshes.marks import Marks, mark
 from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
 from bsm_mesh.converters.meshes.regions import merge_regions
 from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
-from bsm_mesh.errors import MeshWarning, ModelError, counted, listing, one_line, raise_faults
+from bsm_mesh.errors import MeshWarning, ModelError, as_given, counted, listing, one_line, raise_faults
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
+from bsm_mesh.model.values import is_number
 
 BlocksFrom = Literal["elements", "regions"]
 
@@ -172,14 +172,16 @@ def _blocks_of(
     blocks_from: BlocksFrom,
     marks: Marks | None,
 ) -> tuple[Blocks, MeshReport]:
-    if not (math.isfinite(unit_scale) and unit_scale > 0):
-        raise ModelError(f"unit_scale {unit_scale}: must be a length above 0 m")
-    if not (math.isfinite(merge_tolerance) and merge_tolerance >= 0):
-        raise ModelError(f"merge_tolerance {merge_tolerance}: must be 0 m or more")
-    if blocks_from not in get_args(BlocksFrom):
-        raise ModelError(f"blocks = '{blocks_from}': must be one of {', '.join(get_args(BlocksFrom))}")
-    if not all(isinstance(text, str) for entry in renaming.items() for text in entry):
-        raise ModelError("groups: the names of groups and their meanings must be texts")
+    if not (is_number(unit_scale) and unit_scale > 0):
+        raise ModelError(f"unit_scale {as_given(unit_scale)}: must be a length above 0 m")
+    if not (is_number(merge_tolerance) and merge_tolerance >= 0):
+        raise ModelError(f"merge_tolerance {as_given(merge_tolerance)}: must be 0 m or more")
+    if not isinstance(blocks_from, str) or blocks_from not in get_args(BlocksFrom):
+        raise ModelError(f"blocks = {as_given(blocks_from)}: must be one of {', '.join(get_args(BlocksFrom))}")
+    if not isinstance(renaming, Mapping) or not all(
+        isinstance(text, str) for entry in renaming.items() for text in entry
+    ):
+        raise ModelError("groups: the names of groups and their meanings must be texts: {'Schist': 'rock:schist'}")
     named = name_groups(cells, renaming, () if marks is None else marks.groups)
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)

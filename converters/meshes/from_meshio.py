@@ -18,7 +18,7 @@ from bsm_mesh.converters.meshes.from_msh import names_in
 from bsm_mesh.converters.meshes.known_forms import NASTRAN, in_known_form
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.converters.meshio_library import NAMES, load_meshio
-from bsm_mesh.errors import ModelError, counted
+from bsm_mesh.errors import ModelError, as_given, counted
 
 LIBRARY = NAMES  # what `read_apart` imports before its limits hold
 PLANE = {".node": (b"2",), ".ele": (b"3", b"6")}  # coordinates, and nodes of elements, in Triangle's files
@@ -91,7 +91,14 @@ def cells_of_meshio(
         What meshio printed.
     physical_names : mapping of (int, int) to str, optional
         Names of Gmsh's physical groups by dimension and number. meshio keeps one number a name.
+
+    Raises
+    ------
+    ModelError
+        If it is no mesh, or one that `gather_cells` refuses.
     """
+    if not hasattr(mesh, "points") or not hasattr(mesh, "cells"):
+        raise ModelError(f"{source} = {as_given(mesh)} must be a meshio.Mesh; of a file read_mesh returns the blocks")
     return gather_cells(
         source,
         mesh.points,
