@@ -17,7 +17,7 @@ from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import PathText, Table, finite
 from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, ReportTable, SolverTable, StressRatio
-from bsm_mesh.modelfile.units import Lines, SpaceForce, SpaceStress, Vector
+from bsm_mesh.modelfile.units import Lines, SpaceForce, SpaceRegion, SpaceStress, Vector
 
 Angle = Annotated[float, q.AZIMUTH]
 Dip = Annotated[float, q.DIP]
@@ -241,10 +241,10 @@ class SpaceStageTable(Table):
     """A stage: excavation, fill and changes."""
 
     name: str = Field(description="in results and on the command line; each stage has its own")
-    excavate: list[str | Annotated[int, q.BLOCK]] = Field(
-        default_factory=list, description="names of excavations, block numbers"
+    excavate: list[SpaceRegion] = Field(default_factory=list, description="names of excavations, block numbers")
+    fill: list[SpaceRegion] = Field(
+        default_factory=list, description="names of excavations or block numbers, taken away before"
     )
-    fill: list[str | Annotated[int, q.BLOCK]] = Field(default_factory=list, description="blocks taken away before")
     relaxation: list[Annotated[float, q.RELAXATION]] = Field(
         default=[1.0], description="parts of the former forces released, one by one"
     )

@@ -127,6 +127,19 @@ Region = Annotated[
 ]
 
 
+def _space_region(value: object) -> Any:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int) and not isinstance(value, bool):
+        return convert(value, BLOCK)
+    raise ValueError("must be the name of an excavation, or a block's number")
+
+
+SpaceRegion = Annotated[
+    Any, PlainValidator(_space_region), WithJsonSchema({"anyOf": [{"type": "string"}, schema_of(BLOCK)]})
+]
+
+
 Point = components(COORDINATE, "xy")
 Force = components(FORCE, "xy")
 Vector = components(COORDINATE, "xyz", ": east, north, up")

@@ -11,6 +11,7 @@ from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.flats import flat_areas
 from tests.scenes.polyhedra import BOX_FACES, box
 
+BELOW, ABOVE = box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))
 ROUNDING = 1e-12  # of volumes and moments of bodies some metres large
 
 
@@ -152,6 +153,7 @@ def test_bad_solids_are_named(change, message):
         (None, {}, "solids = None must be a list of pairs"),
         ([None], {}, "block 0: None must be a pair"),
         ([box((0, 0, 0), (1, 1, 1))] * 2, {}, "block 1: lies on the same side of a face as block 0"),
+        ([BELOW, ABOVE, ABOVE], {}, "block 2: lies on the same side of a face as block 1"),
         ([box((0, 0, 0), (1, 1, 1))], {"rock": None}, "rock = None must be a list of texts"),
         ([box((0, 0, 0), (1, 1, 1))], {"merge_tolerance": -1.0}, "merge_tolerance = -1 m must be 0 to 1 m"),
     ],

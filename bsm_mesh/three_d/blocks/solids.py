@@ -71,16 +71,17 @@ def _shared_faces(loops: list[list[int]], owner: list[int]) -> tuple[list[list[i
             faults[solid, solid] = (
                 f"block {solid}: has a face without area; corners nearer than merge_tolerance are one"
             )
-        elif f == len(faces):
+            continue
+        if f == len(faces):
             faces.append(corners)
-            cells.append([solid, -1])
-        elif cells[f][1] >= 0 or _rotated(corners) == _rotated(faces[f]):
-            faults[cells[f][0], solid] = (
-                f"block {solid}: lies on the same side of a face as block {cells[f][0]}; corners run counter-clockwise "
+            cells.append([-1, -1])
+        side = int(_rotated(corners) != _rotated(faces[f]))
+        if (other := cells[f][side]) >= 0:
+            faults[other, solid] = (
+                f"block {solid}: lies on the same side of a face as block {other}; corners run counter-clockwise "
                 "seen from outside, and blocks do not overlap"
             )
-        else:
-            cells[f][1] = solid
+        cells[f][side] = solid
     raise_faults(list(faults.values()))
     return faces, cells
 
