@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, get_args
 
@@ -81,7 +81,7 @@ class Grout:
         Hydraulic aperture of grouted joints; 0: sealed.
     """
 
-    polygon: tuple[Point, ...]
+    polygon: Sequence[Point]
     aperture: Annotated[float, APERTURE] = 0.0
 
     def __post_init__(self) -> None:
@@ -113,11 +113,11 @@ class FlowChange:
     """
 
     head: Mapping[str, float] = field(default_factory=dict, hash=False)
-    seepage: tuple[str, ...] = ()
-    closed: tuple[str, ...] = ()
-    drains: tuple[Drain, ...] = ()
-    wells: tuple[Well, ...] = ()
-    grout: tuple[Grout, ...] = ()
+    seepage: Sequence[str] = ()
+    closed: Sequence[str] = ()
+    drains: Sequence[Drain] = ()
+    wells: Sequence[Well] = ()
+    grout: Sequence[Grout] = ()
 
     def __post_init__(self) -> None:
         rules = Rules("flow")
@@ -156,10 +156,10 @@ class Flow:
     """
 
     head: Mapping[str, float] = field(default_factory=dict, hash=False)
-    seepage: tuple[str, ...] = ()
-    drains: tuple[Drain, ...] = ()
-    wells: tuple[Well, ...] = ()
-    grout: tuple[Grout, ...] = ()
+    seepage: Sequence[str] = ()
+    drains: Sequence[Drain] = ()
+    wells: Sequence[Well] = ()
+    grout: Sequence[Grout] = ()
     unit_weight: Annotated[float, WATER_WEIGHT] = WATER
     viscosity: Annotated[float, VISCOSITY] = OF_WATER
     coupling: Coupling = "two_way"

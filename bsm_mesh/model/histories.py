@@ -12,6 +12,7 @@ import numpy as np
 from bsm_mesh import space
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import as_given, nearest, raise_faults
+from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.beside import Beside, faults_beside, values_beside
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space
@@ -58,11 +59,11 @@ class History:
 
     name: str = field(kw_only=False)
     point: tuple[float, ...] | None = None
-    line: tuple[tuple[float, ...], ...] | None = None
+    line: Given[tuple[tuple[float, ...], ...] | None, Sequence[Sequence[float]] | None] = by_default(None)
     block: int | None = None
     joint: str | None = None
     bolt: str | None = None
-    measured: tuple[Beside, ...] = field(default=(), metadata={"in_hash": False})
+    measured: Sequence[Beside] = field(default=(), metadata={"in_hash": False})
 
     def __post_init__(self) -> None:
         rules = Rules("history", self.name)

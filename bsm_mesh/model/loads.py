@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from bsm_mesh import space
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, as_given, raise_faults
+from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.kinds import in_space
@@ -20,6 +21,8 @@ from bsm_mesh.model.values import Rules, parts_of, plain_numbers
 
 LinearField: TypeAlias = tuple[float, float, float]
 """Coefficients (c, a_x, a_y) of ``c + a_x * x + a_y * y``."""
+AnyField: TypeAlias = float | Sequence[float]
+"""A constant, or those coefficients."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +81,7 @@ class Pressure:
     """
 
     boundary: str
-    pressure: LinearField
+    pressure: Given[LinearField, AnyField] = by_default(field())
 
     def __post_init__(self) -> None:
         place = _on_boundary(self.boundary)
@@ -104,7 +107,7 @@ class Traction:
     """
 
     boundary: str
-    traction: tuple[LinearField, LinearField]
+    traction: Given[tuple[LinearField, LinearField], Sequence[AnyField]] = by_default(field())
 
     def __post_init__(self) -> None:
         name = f"{_on_boundary(self.boundary)}: traction"

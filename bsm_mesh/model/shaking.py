@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args
 
@@ -109,7 +110,7 @@ class Shaking:
     quantity: MotionQuantity = "acceleration"
     direction: Annotated[float, DIRECTION] = 0.0
     scale: Annotated[float, MOTION_FACTOR] = 1.0
-    quiet: tuple[str, ...] = ()
+    quiet: Sequence[str] = ()
     boundary: str | None = None
     duration: Annotated[float, DURATION] | None = None
     every: Annotated[float, DURATION] | None = None

@@ -122,7 +122,7 @@ def recorded_of(history: History, *, spatial: bool) -> Recorded:
         units=units,
         distances=distances,
         points=history.points,
-        measured=history.measured,
+        measured=tuple(history.measured),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -332,7 +333,7 @@ class StageRun:
             water = water + self.of.apart.left_of_water(state.water, water, state.history, present)
         return StageLoads(loads + water)
 
-    def equations(self, present: BoolArray, loads: StageLoads, quiet: tuple[str, ...] = ()) -> Equations:
+    def equations(self, present: BoolArray, loads: StageLoads, quiet: Sequence[str] = ()) -> Equations:
         """Return the equations of the rock that is there under loads, as `loads_on` returns them.
 
         Supports of `quiet` boundaries are left out.
