@@ -24,7 +24,7 @@ STRESSES = {
     "tsf": 2e3 * POUND / 0.3048**2,
     "ksf": 1e3 * POUND / 0.3048**2,
 }
-
+UNIT_WEIGHTS = {"N/m3": 1.0, "pcf": POUND / 0.3048**3, "kcf": 1e3 * POUND / 0.3048**3}
 
 ANGLES = {"deg": 1.0, "degrees": 1.0, "\N{DEGREE SIGN}": 1.0, "rad": math.degrees(1.0), "mrad": math.degrees(1e-3)}
 BRACKETS = re.compile(r"\s*[(\[]([^()\[\]]*)[)\]]\s*$")

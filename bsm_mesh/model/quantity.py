@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeGuard
 
+from bsm_mesh.named_units import STRESSES, UNIT_WEIGHTS
+
 NUMBER = r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*(?P<unit>[^\d\s,;+-][^,;+]*)?"
 
 
@@ -139,7 +141,12 @@ def shown(number: float) -> str:
 def _registry() -> Any:
     import pint  # a fifth of a second: only where a unit is not the wanted one with a prefix
 
-    return pint.UnitRegistry()
+    registry = pint.UnitRegistry()
+    for units, unit in ((STRESSES, "pascal"), (UNIT_WEIGHTS, "newton / meter ** 3")):
+        for name, factor in units.items():
+            if name.isalpha() and name not in registry:  # pounds per square foot, kips per cubic foot
+                registry.define(f"{name} = {factor!r} * {unit}")
+    return registry
 
 
 def _prefixed(text: str, unit: str) -> float | None:

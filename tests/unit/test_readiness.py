@@ -179,7 +179,7 @@ def test_too_soft_is_what_blocks_sink_into(options):
         bsm.run(pile(kn=0.99 * least), options)
     assert "2 more" not in str(refused.value)
     assert "1 more block too" in str(refused.value)
-    with pytest.raises(bsm.ModelError, match=r"raise the stiffness 2\.\de\+00 times"):
+    with pytest.raises(bsm.ModelError, match=r"raise the stiffness 2 times at least"):
         bsm.run(pile(kn=least, ks=1e9), options)
 
 

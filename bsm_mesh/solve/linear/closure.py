@@ -16,6 +16,7 @@ from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import counted, place
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
+from bsm_mesh.model.quantity import shown
 from bsm_mesh.solve.linear.system import LinearSystem
 
 EPSILON = float(np.finfo(float).eps)
@@ -71,6 +72,7 @@ def _too_soft(system: LinearSystem) -> list[str]:
         of_joint = np.unique(np.concatenate([contacts.block_a[rows], contacts.block_b[rows]]))
         of_joint = of_joint[sinks[of_joint]]
         worst = int(of_joint[int((movement / size)[of_joint].argmax())])
+        times = shown(float(f"{movement[worst] / (RULES.max_penetration * size[worst]):.2g}"))
         normal, shear = (
             values[rows] / contacts.length[rows] for values in (contacts.normal_stiffness, contacts.shear_stiffness)
         )
@@ -79,8 +81,7 @@ def _too_soft(system: LinearSystem) -> list[str]:
             f"block {worst} at {place(model.blocks.moments.centroid[worst])} sinks by {movement[worst]:.3g} m into its "
             f"neighbours under its own weight and loads, {movement[worst] / size[worst]:.2g} of its size"
             f"{_others(len(of_joint) - 1)}; more than {RULES.max_penetration:g} ends a contact: raise the stiffness "
-            f"{movement[worst] / (RULES.max_penetration * size[worst]):.1e} times at least, or look at weights, loads "
-            "and units"
+            f"{times} times at least, or look at weights, loads and units"
         )
     return told
 
