@@ -41,7 +41,7 @@ from bsm_mesh.modelfile.space_file import Cutter, blocks_of, validated_space
 from bsm_mesh.modelfile.space_mesh import default_of_blocks
 from bsm_mesh.modelfile.space_model import build_space_model
 from bsm_mesh.modelfile.space_tables import SpaceFile
-from bsm_mesh.modelfile.unused import unused_notes
+from bsm_mesh.modelfile.unused import excavations_left, unused_notes
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport, Note
@@ -176,13 +176,14 @@ def build_file(
     model = build_space_model(file, path, reach, cutter)
     assert model.options is not None
     assert in_space(model.blocks)
+    left = (text for _, text in excavations_left(model.blocks, model.stages))
     return LoadedModel(
         path=path,
         reach=reach,
         file=file,
         model=model,
         options=model.options,
-        notes=default_of_blocks(file, model.blocks),
+        notes=(*default_of_blocks(file, model.blocks), *left),
         mesh_lines=(),
         dangling={},
     )

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.errors import ModelError, counted
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.kinds import AnyBlocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, blocks_in
 from bsm_mesh.model.unused import in_single_blocks, unused_bolts, unused_in
@@ -51,7 +51,7 @@ def unused_notes(file: ModelFile, model: Model, report: MeshReport, bolts: Seque
     told = set(file.groups.values())
     return (
         *(named if file.mesh.allow_unused else ()),
-        *(text for name, text in _excavations_left(model.blocks, model.stages) if f"excavation:{name}" not in told),
+        *(text for name, text in excavations_left(model.blocks, model.stages) if f"excavation:{name}" not in told),
         *(text for name, text in unused_curves(report.bolts, file.bolt).items() if f"bolt:{name}" not in told),
     )
 
@@ -67,11 +67,12 @@ def _groups_on_nothing(file: ModelFile, report: MeshReport) -> Iterator[str]:
 def _groups_left(file: ModelFile, model: Model, report: MeshReport) -> Iterator[str]:
     """Say which excavations and bolt curves that [groups] names are neither excavated nor bolts."""
     told = set(file.groups.values())
-    yield from (text for name, text in _excavations_left(model.blocks, model.stages) if f"excavation:{name}" in told)
+    yield from (text for name, text in excavations_left(model.blocks, model.stages) if f"excavation:{name}" in told)
     yield from (text for name, text in unused_curves(report.bolts, file.bolt).items() if f"bolt:{name}" in told)
 
 
-def _excavations_left(blocks: Blocks, stages: Sequence[Stage]) -> Iterator[tuple[str, str]]:
+def excavations_left(blocks: AnyBlocks, stages: Sequence[Stage]) -> Iterator[tuple[str, str]]:
+    """Return the name of every excavation that no stage takes away, and a sentence on it."""
     gone = np.zeros(blocks.count, dtype=bool)
     for region in (region for stage in stages for region in stage.excavate):
         gone |= blocks_in(region, blocks)

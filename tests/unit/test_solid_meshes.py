@@ -288,6 +288,14 @@ def test_key_blocks_of_a_mesh(case: Case):
     )  # six digits are printed
 
 
+def test_an_excavation_of_space_that_no_stage_takes_is_told(case: Case):
+    text = MODEL.format(mesh=BOX, cut=CUT, strength=1.0)
+    case.write("model.toml", text[: text.index("[[stage]]")])
+    outcome = case.run("check", "model.toml", "-q")
+    assert outcome.code == 0
+    assert "note: excavation 'lid' (1 block) is left in place: no stage excavates it" in outcome.out
+
+
 def test_a_joint_of_a_mesh_that_bounds_no_two_blocks_is_refused(case: Case):
     """A square inside the rock is in the group of the joint, and the rock is one block around it."""
     pocket("incline.msh")
