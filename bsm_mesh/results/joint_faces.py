@@ -20,7 +20,7 @@ from bsm_mesh.results.water_faces import wet_parts
 if TYPE_CHECKING:
     from bsm_mesh.results.results import Results
 
-SHORTEST = 0.01  # of a given face: a shorter part that no contact represents is rounding
+SHORTEST = 0.01  # of a given face: a shorter part that no contact represents, or that has another state, is rounding
 HELD = 1e-9  # of the face: blocks that move less against each other are both held, and have no contacts
 
 AT_STRENGTH = 0.99  # utilisation: what reached rest after it slid stops just below its strength
@@ -79,9 +79,10 @@ class JointFaces:
 
 def status_of_shares(slipping: FloatArray, is_open: FloatArray) -> IntArray:
     """Return `ContactStatus` of faces, (k,) int8, by the shares of them that slip and that are open."""
-    slips = (slipping > 0) & (slipping + is_open >= 1)
+    whole = 1 - SHORTEST
+    slips = (slipping > 0) & (slipping + is_open >= whole)
     status = np.where(slips, ContactStatus.SLIPPING, ContactStatus.STICKING)
-    return np.where(is_open >= 1, ContactStatus.OPEN, status).astype(np.int8)
+    return np.where(is_open >= whole, ContactStatus.OPEN, status).astype(np.int8)
 
 
 def slips_or_will(contacts: ContactForces) -> BoolArray:

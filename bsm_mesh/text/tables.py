@@ -24,7 +24,7 @@ PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
 SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
 MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
 LONGEST_WORD = 13  # letters of a wrapped text that stay together where other columns are wide
-ROUNDING = 1e-12  # m: no slip
+ROUNDING = 1e-12  # m, or of the whole: no slip, no share
 OF_BOLTS = {  # words behind a utilisation
     BoltLimit.NONE: "",
     BoltLimit.STEEL: " of the steel",
@@ -374,12 +374,12 @@ def percent(share: float) -> str:
 
     Examples
     --------
-    >>> percent(0.0), percent(0.0001), percent(0.123), percent(1.0), percent(0.9999)
+    >>> percent(-1e-16), percent(0.0001), percent(0.123), percent(1.0), percent(0.9999)
     ('0 %', '< 1 %', '12 %', '100 %', '> 99 %')
     """
-    if 0 < share < 0.01:
+    if ROUNDING < share < 0.01:
         return "< 1 %"
-    return "> 99 %" if 0.99 < share < 1 - 1e-12 else f"{100 * share:.0f} %"
+    return "> 99 %" if 0.99 < share < 1 - ROUNDING else f"{100 * max(share, 0.0):.0f} %"
 
 
 SPREAD_HEADER = ("route", "verdict", "displacement", "differs by", "at block")

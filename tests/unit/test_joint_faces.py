@@ -16,7 +16,7 @@ from bsm_mesh.converters.result_files import BOLTS, SERIES, WATER
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.results import Results
-from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.results.joint_faces import joint_faces, status_of_shares
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import ContactStatus
 from tests.scenes import models, shapes
@@ -265,3 +265,10 @@ def test_what_is_just_below_its_strength_counts_as_slipping(part: float, slips: 
     assert results.status == "stable"
     (joint,) = joint_sets(results, results.stages[-1])
     assert joint.slipping == pytest.approx(slips)
+
+
+def test_rounding_of_shares_changes_no_state():
+    """Faces of which all parts slip or are open, one by one summed, and one with a tenth that sticks."""
+    slipping, is_open = np.array([[1 - 4e-16, 0], [0.7, 0.3 - 2e-16], [0, 1 - 4e-16], [0.9, 0]]).T
+    states = [ContactStatus.SLIPPING, ContactStatus.SLIPPING, ContactStatus.OPEN, ContactStatus.STICKING]
+    assert status_of_shares(slipping, is_open).tolist() == states
