@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray, show_only
+from bsm_mesh.arrays import FloatArray, IntArray, Portable, show_only
 from bsm_mesh.errors import UnknownNameError, counted, nearest
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.histories import History
@@ -55,7 +55,7 @@ class Recorded:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class HistorySeries:
+class HistorySeries(Portable):
     """A history over all steps, one row a step.
 
     Attributes

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, Portable, show_only
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, named_stage, raise_faults
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces, point_forces_of
@@ -27,8 +27,8 @@ from bsm_mesh.solve.limit.program import LimitProgram, Optimum, Shortfall
 from bsm_mesh.solve.stages.as_built import in_stage
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class LimitAnalysis:
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
+class LimitAnalysis(Portable):
     """Answer of the linear program for the geometry as it is given.
 
     Blocks, edges and contacts have the numbers of the whole model.
@@ -68,6 +68,9 @@ class LimitAnalysis:
     contacts: ContactTable
     unlimited: int
     bolt_force: FloatArray
+
+    def __post_init__(self) -> None:
+        show_only(self)
 
     def __str__(self) -> str:
         """Return the proof, in words."""

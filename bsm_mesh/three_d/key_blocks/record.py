@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray, show_only
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.errors import counted
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.tables import ResultTable
@@ -17,7 +17,7 @@ from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, MODES, NOT_JUDGED
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
-class KeyBlocks:
+class KeyBlocks(Portable):
     """Blocks at free faces, one row each.
 
     Attributes

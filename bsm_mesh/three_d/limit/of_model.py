@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, Portable, show_only
 from bsm_mesh.errors import ModelError, named_stage, raise_faults
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces, point_forces_of
@@ -72,8 +72,8 @@ class ModelProgram:
         return self.analysis.analyse(self.loads, self.strength)
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class SpaceLimit:
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
+class SpaceLimit(Portable):
     """Answer of limit analysis for a stage of polyhedra, in the geometry as given.
 
     Attributes
@@ -110,6 +110,9 @@ class SpaceLimit:
     unlimited: int
     bolt_force: FloatArray
     text: str
+
+    def __post_init__(self) -> None:
+        show_only(self)
 
     @property
     def proof(self) -> Proof:
