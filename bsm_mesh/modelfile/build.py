@@ -274,14 +274,15 @@ def _of_what_is_used(report: MeshReport, model: Model) -> tuple[Note, ...]:
 
 @contextmanager
 def _told_of_unused_curves(report: MeshReport) -> Iterator[None]:
-    """Add to a fault that misses a boundary which curve groups the mesh has under names that say nothing."""
+    """Add to a fault that misses a boundary or a joint the curve groups of the mesh whose names say nothing."""
     from bsm_mesh.converters import NoteKind
 
     try:
         yield
     except ModelError as error:
         texts = [note.text for note in report.notes if note.kind is NoteKind.UNKNOWN_GROUP]
-        curves = [text for text in texts if text.startswith("curve") and "no boundary" in str(error)]
+        missed = any(words in str(error) for words in ("no boundary", "used by no face"))
+        curves = [text for text in texts if text.startswith("curve") and missed]
         raise ModelError([*error.faults, *curves]) from error
 
 

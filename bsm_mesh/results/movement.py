@@ -10,6 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import counted
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.quantity import shown
 from bsm_mesh.movements import carried, distances, translations, turned, turns
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 
@@ -55,6 +56,17 @@ def step_in_words(step: StepRecord) -> str:
     return f"stage {step.stage}, {at}, displacement in the stage {step.max_displacement:.3g} m"
 
 
+def share_in_words(part: float) -> str:
+    """Return a part of the whole in per cent, in two digits.
+
+    Examples
+    --------
+    >>> share_in_words(1.0), share_in_words(0.0784), share_in_words(0.0005)
+    ('100 %', '7.8 %', '0.05 %')
+    """
+    return f"{shown(float(f'{100 * part:.2g}'))} %"
+
+
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
     """Return the verdict on a stage as a person reads it, with the blocks that gave way before the others reached rest.
 
@@ -67,9 +79,9 @@ def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
         return f"{verdict}: nothing can fail in this scheme"
     if stage.status is Status.UNSTABLE and stage.unstable_blocks.size:
         bulk, down = blocks.moments.bulk, stage.unstable_blocks
-        share = 100 * float(bulk[down].sum() / bulk[stage.present].sum())
+        share = share_in_words(float(bulk[down].sum() / bulk[stage.present].sum()))
         fall = f"{counted(down.size, 'block')} fall{'s' if down.size == 1 else ''}"
-        return f"{verdict}, {fall}: {share:.2g} % of the {blocks.bulk_name}"
+        return f"{verdict}, {fall}: {share} of the {blocks.bulk_name}"
     if not stage.status.is_stable:
         return verdict
     fallen, _ = gave_way(blocks, stage)

@@ -91,7 +91,8 @@ def stress_is_known(blocks: Blocks, present: BoolArray, supports: SupportForces)
     """
     both = np.flatnonzero(np.abs(supports.reaction).min(axis=1, initial=np.inf) > 0)
     held = np.bincount(supports.block[both], minlength=blocks.count)
-    turns = np.abs(supports.moment).reshape(len(supports.block), -1).sum(axis=1)  # in space of three components
+    moments = np.abs(supports.moment)
+    turns = moments if moments.ndim == 1 else moments.sum(axis=1)  # in space of three components
     whole = np.bincount(supports.block, turns, minlength=blocks.count) > 0
     bulk = blocks.moments.bulk
     mean = float(bulk[present].mean()) if present.any() else 0.0

@@ -13,7 +13,7 @@ from bsm_mesh.movements import distances, lengths, translations
 from bsm_mesh.results.bolts import BoltForces, BoltLimit, BoltStatus
 from bsm_mesh.results.joint_faces import AT_STRENGTH
 from bsm_mesh.results.joint_sets import ROCK_FACE, joint_sets
-from bsm_mesh.results.movement import greatest_displacement, verdict_in_words
+from bsm_mesh.results.movement import greatest_displacement, share_in_words, verdict_in_words
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
@@ -190,7 +190,7 @@ def falling(results: Results, stage: StageResult) -> str:
     weight = float(weights(results, stage)[down].sum())
     told = [
         counted(len(down), "block"),
-        f"{fallen:.3g} {unit} ({100 * fallen / float(bulk[stage.present].sum()):.2g} % of all)",
+        f"{fallen:.3g} {unit} ({share_in_words(fallen / float(bulk[stage.present].sum()))} of all)",
     ]
     return ", ".join([*told, *([engineering(weight, results.blocks.force_unit)] if weight else [])])
 
@@ -268,7 +268,7 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
             f"{place(centroid[block].round(2))} m",
             f"{bulk[block]:.3g} {blocks.bulk_unit}",
             engineering(float(weight[block]), blocks.force_unit),
-            f"{100 * bulk[block] / whole:.2g} %",
+            share_in_words(bulk[block] / whole),
             engineering(float(moved[block]), "m"),
         )
         for block in down[:MOST_DOWN].tolist()

@@ -230,7 +230,7 @@ def settle_dimensions(named: NamedGroups, piece_of: LongArray) -> NamedGroups:
 
 def _wrong_dimension(group: NamedGroup, count: int, wrong: str, right: str) -> str:
     return (
-        f"group {group.said}: holds {count} {wrong}, but a {group.name.kind.value} is made of {right}; "
+        f"group {group.said}: holds {count} {wrong}, and {group.name.kind.value}:NAME is for {right}; "
         "give it another kind, under [groups] or in the mesh"
     )
 

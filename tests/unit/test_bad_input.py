@@ -142,7 +142,7 @@ NAMES = [
     (ROCK, ROCK + '[groups]\n"Schist" = "rock:schist"\n', ["mesh.msh: has no group 'Schist'", "known: "]),
     (ROCK, ROCK + '[groups]\n"gmsh:geometrical=9" = "joint:J"\n', ["gmsh:geometrical=1, ", "gmsh:geometrical=4"]),
     (ROCK, ROCK + '[groups]\n"joint:J1" = "jiont:J1"\n', ["'jiont:J1' is not of the form kind:name", "joint"]),
-    (ROCK, ROCK + '[groups]\n"joint:J1" = "rock:J1"\n', ["holds 2 line elements", "a rock is made of surfaces"]),
+    (ROCK, ROCK + '[groups]\n"joint:J1" = "rock:J1"\n', ["holds 2 line elements", "rock:NAME is for surfaces"]),
 ]
 SUPPORTS = [
     (SUPPORT, "", ["the model is free to move in any direction", "no support holds it", "hold a boundary"]),

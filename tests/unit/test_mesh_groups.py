@@ -96,7 +96,7 @@ def test_groups_of_other_names_and_empty_groups_are_reported() -> None:
         ({"Schist": [[0], []]}, {"Shist": "rock:s"}, "did you mean 'Schist'"),
         ({"Schist": [[0], []]}, {"Schist": "schist"}, "not of the form kind:name"),
         ({"Schist": [[0], []]}, {"*": "joint:s"}, "must be rock:name"),
-        ({"rock:a": [[0], [1]]}, None, "'rock:a': holds 1 line elements, but a rock is made of surfaces"),
+        ({"rock:a": [[0], [1]]}, None, "'rock:a': holds 1 line elements, and rock:NAME is for surfaces"),
         ({"rock:a": [[0], []], "joint:J": [[1, 2], []]}, None, "'joint:J': holds 2 surface elements"),
         ({"rock:a": [[0], []], "X": [[1], []]}, {"X": "boundary:b"}, r"'boundary:b' \(in the mesh: 'X'\)"),
         ({"rock:a": [[0, 1], []], "rock:b": [[1, 2], []]}, None, r"'rock:a' and in 'rock:b' \(elements 1\)"),

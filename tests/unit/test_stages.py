@@ -14,6 +14,7 @@ from bsm_mesh.model.stages import presence
 from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.results.stress import extreme_stresses
 from tests.scenes.models import LINEAR
 from tests.scenes.shapes import grid
 
@@ -176,6 +177,9 @@ def test_a_stage_that_takes_the_support_away_is_unstable():
     falling = bsm.run(tower(stages), CONTINUATION)
     assert falling.status == "unstable"
     assert falling.unstable_blocks.tolist() == [2, 3, 4, 5]
+    assert verdict_in_words(falling.blocks, falling.stages[-1]) == "unstable, 4 blocks fall: 100 % of the area"
+    for results in (linear, falling):  # no support is left, and stresses are of free blocks
+        assert np.isfinite(extreme_stresses(results.blocks, results.stages[-1])).all()
 
 
 @pytest.mark.parametrize("options", [LINEAR, CONTINUATION])

@@ -15,7 +15,10 @@ BOLT = '[[bolt]]\nname = "short"\nstart = [0.3, 0.3]\nend = [0.6, 0.6]\ndiameter
 ROCK = '[rock.clay]\nunit_weight = "20 kN/m^3"\nyoung = "1 GPa"\npoisson = 0.3\n'
 UNUSED = {  # added to the model file, and the description of it
     "rock": (ROCK, ["rock 'clay' is used by no block"]),
-    "joint": (f"[joint.J2]\n{JOINT}", ["joint 'J2' is used by no face", "J1"]),
+    "joint": (
+        f"[joint.J2]\n{JOINT}",
+        ["joint 'J2' is used by no face", "J1", "curve groups that are not used"],
+    ),
     "line off the rock": (f"[joint.J2]\nalong = [[0, 7], [2, 7]]\n{JOINT}", ["joint 'J2' is used by no face"]),
     "line of another joint": (
         f"[joint.J2]\nalong = [[0, 1], [2, 1]]\n{JOINT}",
