@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import stat
 from pathlib import Path
 
@@ -34,6 +35,17 @@ def path_fault(name: str, value: object) -> str | None:
     except TypeError:  # a class that only says that it is a path
         pass
     return f"{name} is of the kind {type(value).__name__}; it must be a path, for example a text in quotes"
+
+
+def as_typed(command: str, path: str | os.PathLike[str]) -> str:
+    """Return a command with a path as they are typed in a terminal: a path with spaces in quotes.
+
+    Examples
+    --------
+    >>> as_typed("plot", "out/cut"), as_typed("plot", "out/upper cut")
+    ('bsm-mesh plot out/cut', "bsm-mesh plot 'out/upper cut'")
+    """
+    return shlex.join(["bsm-mesh", command, os.fspath(path)])
 
 
 def as_given_text(cell: str) -> str:

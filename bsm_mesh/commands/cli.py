@@ -24,6 +24,7 @@ from bsm_mesh.commands.cli_options import (
 from bsm_mesh.commands.cli_results import liner, paraview, plot, report, verify, view
 from bsm_mesh.commands.cli_safety import back_analysis, newmark, safety, study
 from bsm_mesh.errors import ModelError, one_line
+from bsm_mesh.reading import as_typed
 from bsm_mesh.text.interruption import guarded
 from bsm_mesh.text.progress import Progress, early, start_early
 from bsm_mesh.text.terminal import complain, mend_streams, plain_warnings, say, say_json
@@ -73,7 +74,7 @@ def new(case: str, folder: Path) -> None:
 
     files = write_starter(case, folder)
     say(f"{folder}: {', '.join(path.name for path in files)}")
-    say(f"next: bsm-mesh {next_command(case)} {folder / 'model.toml'}")
+    say(f"next: {as_typed(next_command(case), folder / 'model.toml')}")
 
 
 @cli.command()
@@ -219,7 +220,9 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
 @cli.command(cls=SeveralNames)
 @model_argument
 @click.option("--stage", metavar="NAME", help="The stage in question; the last by default, `initial` is the first.")
-@click.option("--load", "numbers", type=int, multiple=True, metavar="K", help="Find the factor on [[load]] number K.")
+@click.option(
+    "--load", "numbers", type=int, multiple=True, metavar="K", help="Find the factor on [[load]] number K, from 1."
+)
 @click.option("--tilt", type=click.Choice(["left", "right"]), help="Find the greatest tilt of the model to that side.")
 @click.option("--strength", is_flag=True, help="Find the greatest factor by which strength may be divided.")
 @click.option("--joints", multiple=True, metavar="J1 J2 ...", help="With --strength: that of these joints only.")
@@ -274,8 +277,16 @@ def key_blocks(
 @click.argument("table", type=PATH)
 @click.option("--face", type=(float, float), required=True, metavar="DIP DIRECTION", help="Of the slope [degrees].")
 @click.option("--friction", type=float, required=True, help="Friction angle of the joints [degrees].")
-@click.option("--lateral-limit", type=float, default=20.0, show_default=True, help="Planar sliding, direct toppling.")
-@click.option("--toppling-limit", type=float, default=30.0, show_default=True, help="Flexural toppling.")
+@click.option(
+    "--lateral-limit",
+    type=float,
+    default=20.0,
+    show_default=True,
+    help="Greatest angle between the dip direction of the slope and planar sliding or direct toppling [degrees].",
+)
+@click.option(
+    "--toppling-limit", type=float, default=30.0, show_default=True, help="The same for flexural toppling [degrees]."
+)
 @click.option("-o", "--output", type=PATH, help="Folder for the files; out/NAME next to NAME.csv by default.")
 @click.option("--picture/--no-picture", default=True, help="Draw kinematics.png.")
 @json_option
@@ -302,7 +313,9 @@ def kinematics(table: Path, output: Path | None, as_json: bool, picture: bool, *
     "--cycles", type=int, default=0, show_default=True, help="Shear cycles to both sides; 0: to one side once."
 )
 @click.option("--bolt", metavar="NAME", help="A bolt to be pulled out and sheared across the joint.")
-@click.option("--inclination", type=float, default=0.0, help="Of the bolt to the joint's normal [degrees].")
+@click.option(
+    "--inclination", type=float, default=0.0, show_default=True, help="Of the bolt to the joint's normal [degrees]."
+)
 @click.option("--laboratory", multiple=True, type=PATH, help="CSV file of a measured curve to lay over; repeatable.")
 @click.option("-o", "--output", type=PATH, help="Folder for tables and pictures; the model's by default.")
 @json_option

@@ -16,6 +16,7 @@ from bsm_mesh.folder.shaking_files import SHAKEN_FILES
 from bsm_mesh.folder.summary import summary
 from bsm_mesh.modelfile.build_marks import geometry_faults
 from bsm_mesh.modelfile.build_mesh import build_geometry, stdout_to_stderr
+from bsm_mesh.reading import as_typed
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
@@ -96,7 +97,7 @@ def _print_files(results: Results, folder: Path, drawn: list[Path]) -> None:
     series += "".join(f", {name}" for name in tables if (folder / name).exists())
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
-    say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
+    say("open blocks.pvd in ParaView" if drawn else f"next: {as_typed('plot', folder)}, or open blocks.pvd in ParaView")
     if drawn:
         say(f"pictures: {counted(len(drawn), 'file')} in {drawn[0].parent}")
 

@@ -19,6 +19,7 @@ from bsm_mesh.folder.own_files import SUMMARY, is_inside
 from bsm_mesh.folder.shaking_files import shaking_summary
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.movements import translations
+from bsm_mesh.reading import as_typed
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.movement import greatest_displacement, verdict_in_words
@@ -248,7 +249,9 @@ def read_summary(folder: Path) -> dict[str, Any]:
     except (ValueError, RecursionError):  # no JSON, no UTF-8, a number of thousands of digits
         raise ModelError(f"{path} is damaged; run the model again") from None
     if isinstance(told, dict) and "study" in told:
-        raise ModelError(f"{path} is of a study; give the output folder of a run, or type `bsm-mesh report {folder}`")
+        raise ModelError(
+            f"{path} is of a study; give the output folder of a run, or type `{as_typed('report', folder)}`"
+        )
     if not isinstance(told, dict) or "schema_version" not in told:
         raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
     version = told["schema_version"]

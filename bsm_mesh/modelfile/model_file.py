@@ -16,7 +16,7 @@ from bsm_mesh.modelfile.build_parts import faults_of_parts
 from bsm_mesh.modelfile.mesh_tables import Table
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.space_tables import SpaceFile
-from bsm_mesh.reading import refuse_special
+from bsm_mesh.reading import as_typed, refuse_special
 from bsm_mesh.version import __version__
 
 SCHEMA_VERSION = 1  # what ModelFile describes
@@ -112,12 +112,12 @@ def _refuse_other_kind(content: dict[str, Any], path: Path, kind: str) -> None:
     of_model, of_study = not content.keys().isdisjoint(("mesh", "rock")), "vary" in content
     if kind == "study file" and of_model and not of_study:
         raise ModelError(
-            f"{path}: is a model file, not a study file; solve it with `bsm-mesh run {path}`, or write a study file "
-            f'with model = "{path.name}" and a table [vary]'
+            f"{path}: is a model file, not a study file; solve it with `{as_typed('run', path)}`, or write a study "
+            f'file with model = "{path.name}" and a table [vary]'
         )
     if kind == "model file" and of_study and not of_model:
         model = f", or give its model file: {path.parent / str(content['model'])}" if "model" in content else ""
-        raise ModelError(f"{path}: is a study file, not a model file; run it with `bsm-mesh study {path}`{model}")
+        raise ModelError(f"{path}: is a study file, not a model file; run it with `{as_typed('study', path)}`{model}")
 
 
 def validated(content: dict[str, Any], name: str) -> ModelFile:

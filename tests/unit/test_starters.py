@@ -129,6 +129,7 @@ def test_new_says_what_next(case: Case) -> None:
     outcome = case.run("new", "tunnel", "mine")
     assert outcome.new == ["mine", "mine/model.toml", "mine/tunnel.py"]
     assert "next: bsm-mesh run mine/model.toml" in outcome.out
+    assert "next: bsm-mesh run 'my tunnel/model.toml'" in case.run("new", "tunnel", "my tunnel").out
 
 
 def test_the_geometry_runs_on_its_own(case: Case) -> None:
