@@ -107,7 +107,7 @@ class Capacity:
         return moments, np.array([c * thickness, balanced, -t * thickness, balanced, c * thickness])
 
 
-def liner_forces(results: Results, rock: str, stage: StageResult | None = None) -> LinerForces:
+def liner_forces(results: Results, rock: str, stage: StageResult | int | str = -1) -> LinerForces:
     """Return thrust, shear and moment between neighbouring blocks of a rock, as between elements of a liner.
 
     Parameters
@@ -116,13 +116,13 @@ def liner_forces(results: Results, rock: str, stage: StageResult | None = None) 
         Of a run.
     rock : str
         Name of the rock of which the liner consists.
-    stage : StageResult, optional
-        One of ``results.stages``; by default the last.
+    stage : StageResult, int or str
+        One of ``results.stages``, or its number or name; negative numbers count from the last stage.
 
     Raises
     ------
     ModelError
-        If there is no such rock, or no blocks of the rock touch each other there.
+        If there is no such stage or rock, or no blocks of the rock touch each other there.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def liner_forces(results: Results, rock: str, stage: StageResult | None = None) 
     blocks = results.blocks
     if not isinstance(rock, str) or rock not in blocks.rock_names:
         raise ModelError(f"liner: there is no rock {as_given(rock)}{nearest(rock, blocks.rock_names)}")
-    record = results.stages[-1] if stage is None else stage
+    record = stage if isinstance(stage, StageResult) else results.stages[stage]
     is_liner = blocks.rock == blocks.rock_names.index(rock)
     contacts = record.contacts
     rows = np.flatnonzero(is_liner[contacts.block_a] & is_liner[contacts.block_b])

@@ -47,6 +47,7 @@ def test_arguments_of_another_kind_are_named(call, message):
         (lambda results: results.plot(window=[0, 1, "a", 2]), "window .* 0 1 'a' 2 must be X0 Y0 X1 Y1"),
         (lambda results: results.to_pandas([]), r"there is no table \[\] of results"),
         (lambda results: bsm.liner_forces(results, None), "there is no rock None"),
+        (lambda results: bsm.liner_forces(results, results.blocks.rock_names[0], "cut"), "there is no stage 'cut'"),
         (lambda results: converters.compare(MODEL, "out/model"), "results = 'out/model' must be bsm.Results"),
     ],
 )
