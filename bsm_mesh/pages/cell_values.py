@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -62,7 +63,7 @@ def cell_values(kind: str, grid: Grid, given: Names, *, in_space: bool = False) 
     for name, values in grid.cell_data.items():
         if name in NUMBERS:
             continue
-        parts = np.asarray(values, dtype=np.float64).reshape(len(values), -1)
+        parts = np.asarray(values, dtype=np.float64).reshape(len(values), math.prod(np.shape(values)[1:]))
         if parts.shape[1] == 1:
             names, only = _names(kind, name, given), parts[:, 0]
             only = np.where(only < 0, len(names) - 1, only) if names else only

@@ -224,10 +224,11 @@ def _on_opening(found: Found, limit: Limit) -> tuple[str, ...]:
         return ()
     if limit.factor <= LEAST or min(tried) > LEAST:
         return ()
+    below = f" below {limit.factor:.4g}" if math.isfinite(limit.factor) else ""
     return (
-        f"blocks fall at {1 / LEAST:g} times the strength too, though statics proves nothing below "
-        f"{limit.factor:.4g}: their joints open as they move, and open joints carry no shear; not strength but "
-        "stiffness (normal over shear), in-situ stress and bolts decide",
+        f"blocks fall at {1 / LEAST:g} times the strength too, though statics proves nothing{below}: their joints "
+        "open as they move, and open joints carry no shear; not strength but stiffness (normal over shear), in-situ "
+        "stress and bolts decide",
     )
 
 

@@ -7,7 +7,9 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.commands.cli import main
+from bsm_mesh.folder.saved_results import SavedResults
 from bsm_mesh.folder.verify import grounds_in, print_grounds
+from bsm_mesh.pages.view_data import read_view
 from bsm_mesh.pictures.scene import Scene
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
@@ -160,3 +162,16 @@ def test_a_chip_that_slides_to_a_stop_is_in_a_note_and_in_no_headline(tmp_path):
 def test_what_cannot_be_meant_is_refused(given, fault):
     with pytest.raises(bsm.ModelError, match=fault):
         bsm.Falls(**given)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("on_fall", ["stop", "remove"])
+def test_where_every_block_that_is_left_falls_the_stage_is_unstable(tmp_path, on_fall):
+    """A stage takes the only block that is held: nothing would be left without the other one. The page knows it too."""
+    stages = [bsm.Stage(name="dig", excavate=[0])]
+    model = model_of([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], stages=stages)
+    results = bsm.run(model, bsm.Options(falls=bsm.Falls(on_fall=on_fall)))
+    assert (results.status, results.unstable_blocks.tolist()) == ("unstable", [1])
+    results.save(tmp_path / "out")
+    last = read_view(SavedResults(tmp_path / "out")).states[-1]
+    assert last.frame.label == "stage dig: unstable, 1 block falls: 100 % of the area"

@@ -199,7 +199,7 @@ class StageSolution:
         if self._start_residual is None:
             self._start_residual = outcome.stage.start_residual
         stage = confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.watchers.check)
-        if not run.falls.takes_away(outcome.small):
+        if outcome.down.size == len(part.block) or not run.falls.takes_away(outcome.small):  # some blocks stay
             stage, is_settled = self._with_flow(stage)
             return stage if is_settled else None
         down = part.block[outcome.down]
