@@ -17,9 +17,10 @@ import bsm_mesh as bsm
 from benchmarks.campaign.tables import as_markdown
 from benchmarks.pages import add_into, tell
 from bsm_mesh.model.strength import with_strength
-from bsm_mesh.solve.zones import equilibrium
+from bsm_mesh.solve.zones import newton
 from bsm_mesh.solve.zones.elasticity import nominal_constants
-from bsm_mesh.solve.zones.equilibrium import find_equilibrium
+from bsm_mesh.solve.zones.equilibrium import Equations
+from bsm_mesh.solve.zones.newton import find_equilibrium
 from bsm_mesh.solve.zones.plastic_collapse import distance_left, plastic_collapse
 from bsm_mesh.solve.zones.scheme import zoned
 from bsm_mesh.solve.zones.stage_run import StageRun
@@ -68,7 +69,7 @@ def drawn(generator: np.random.Generator) -> bsm.Model:
     return model.replace(rocks=[replace(soil, unit_weight=20e3, tensile_strength=cut_off)])
 
 
-def equations_of(model: bsm.Model, factor: float) -> equilibrium.Equations:
+def equations_of(model: bsm.Model, factor: float) -> Equations:
     """Return the equations of the first stage of a slope, its strength divided by a factor."""
     weaker = with_strength(model, {"rock:soil": 1 / factor})
     continuum = zoned(weaker, bsm.Options())
@@ -108,7 +109,7 @@ def ask_below(model: bsm.Model, factor: float, count: Count) -> None:
     start = np.zeros(len(equations.load))
     moved = float(np.abs(find_equilibrium(equations, start)[0].u).max())
     for corrections in CORRECTIONS:
-        with patch.object(equilibrium, "MAX_ITERATIONS", corrections):
+        with patch.object(newton, "MAX_ITERATIONS", corrections):
             at, found = find_equilibrium(equations, start)
         if found:
             return

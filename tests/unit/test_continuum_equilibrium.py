@@ -14,8 +14,9 @@ from bsm_mesh.converters.continuum import solve_continuum_stages
 from bsm_mesh.modelfile.build import load_model_file
 from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.solve.zones.elasticity import nominal_constants
-from bsm_mesh.solve.zones.equilibrium import BALANCED, find_equilibrium
+from bsm_mesh.solve.zones.equilibrium import BALANCED
 from bsm_mesh.solve.zones.mesh import Discretization
+from bsm_mesh.solve.zones.newton import find_equilibrium
 from bsm_mesh.solve.zones.stage_run import StageRun
 from bsm_mesh.solve.zones.stages import Continuum
 from tests.scenes.continuum import HEAVY

@@ -151,14 +151,14 @@ def test_water_that_changes_between_parts_of_the_load_is_counted_once(monkeypatc
     """A block sinks into water on a soft joint. At once no equilibrium is found here, so parts of the load follow."""
     soft, table = 1e5, 0.2  # N/m3, m
     model = meeting.dropped(young=1e10, gap=0.0, kn=soft, water=level(table))
-    settled, parts = StageRun._settled, []
+    settled, parts = StageRun.settled, []
 
     def not_at_once(run, equations, present):
         equations, at, converged = settled(run, equations, present)
         parts.append(at.u)
         return equations, at, converged and len(parts) > 1
 
-    monkeypatch.setattr(StageRun, "_settled", not_at_once)
+    monkeypatch.setattr(StageRun, "settled", not_at_once)
     results = bsm.run(model)
     assert results.status == "stable", results.stages[0].reason
     assert len(parts) == 5

@@ -14,10 +14,10 @@ from bsm_mesh.pictures.safety_pictures import draw_mechanism
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.limit import proof as limit_proof
-from bsm_mesh.solve.zones import collapse, equilibrium
+from bsm_mesh.solve.zones import collapse, newton
 from bsm_mesh.solve.zones.elasticity import nominal_constants
-from bsm_mesh.solve.zones.equilibrium import find_equilibrium
 from bsm_mesh.solve.zones.mohr_coulomb import SETS, Yielding
+from bsm_mesh.solve.zones.newton import find_equilibrium
 from bsm_mesh.solve.zones.plastic_collapse import distance_left, plastic_collapse
 from bsm_mesh.solve.zones.scheme import zoned
 from bsm_mesh.solve.zones.stage_run import StageRun
@@ -137,7 +137,7 @@ def test_no_equilibrium_is_nearer_than_the_bound(monkeypatch):
     assert found
     bounds = []
     for corrections in range(6):
-        monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", corrections)
+        monkeypatch.setattr(newton, "MAX_ITERATIONS", corrections)
         at, found = find_equilibrium(equations, start)
         if found:
             break
@@ -157,7 +157,7 @@ def test_limit_analysis_is_asked_about_a_block_that_is_there(monkeypatch):
         found[gone] += 1.0
         return found
 
-    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 1)
+    monkeypatch.setattr(newton, "MAX_ITERATIONS", 1)
     monkeypatch.setattr(collapse, "movement", moved)
     asked = []
     monkeypatch.setattr(limit_proof, "prove", lambda model, down: asked.append(down.tolist()) or Proof(text="no proof"))

@@ -12,10 +12,9 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.in_stage import model_in_stage, water_in_stage
 from bsm_mesh.model.stages import INITIAL, Stage
 from bsm_mesh.model.water import Water
-from bsm_mesh.solve.zones.equilibrium import Equations, Iterate, find_equilibrium
+from bsm_mesh.solve.zones.equilibrium import Equations, Iterate
 from bsm_mesh.solve.zones.fields import RockStiffness, forces_of_stress
 from bsm_mesh.solve.zones.fills import put_back
-from bsm_mesh.solve.zones.following import follow
 from bsm_mesh.solve.zones.ground import PoreWater, initial_history, initial_stress, pore_water, seepage_forces
 from bsm_mesh.solve.zones.joint_points import slip_path_after
 from bsm_mesh.solve.zones.large_blocks import LargeBlocks
@@ -26,8 +25,10 @@ from bsm_mesh.solve.zones.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.solve.zones.loose_blocks import loose
 from bsm_mesh.solve.zones.moved_supports import carried, slid_on, slip_begun, steps
 from bsm_mesh.solve.zones.near_blocks import broken_at, moved_with_blocks
+from bsm_mesh.solve.zones.newton import find_equilibrium
 from bsm_mesh.solve.zones.plastic_collapse import plastic_collapse
 from bsm_mesh.solve.zones.plastic_rock import PlasticCells, PlasticRock, strength_of
+from bsm_mesh.solve.zones.reached import reached
 from bsm_mesh.solve.zones.shaken_stage import shaken_end
 from bsm_mesh.solve.zones.shaking_run import Watch, unwatched
 from bsm_mesh.solve.zones.stage_solution import Fall, StageEnd
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.stages.scheme import Reporter
     from bsm_mesh.solve.zones.stages import Continuum
 
-PARTS = 4  # of the unbalanced force, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
 WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
 
@@ -232,51 +232,13 @@ class StageRun:
         state, converged = self.state, False
         for moved in steps(equations, state.u):
             state.u = carried(equations, state.u) if moved else state.u
-            equations, at, converged = self._reached(equations, present)
+            equations, at, converged = reached(self, equations, present)
             if not converged:
                 break
             state.u = at.u
         return equations, at, converged
 
-    def _reached(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium, sought at once, then in parts of the unbalanced force, then after motion to rest."""
-        u = self.state.u
-        first = equations, equations.at(u, equations.free.none), False
-        if not loose(self.of, *first[:2], present):
-            first = self._settled(equations, present)
-        if first[2]:
-            return first
-        if not loose(self.of, *first[:2], present):
-            self.state.u = u
-            out_of_balance, now = equations.at(u, equations.free.none).residual, equations
-            held_back = np.zeros_like(u)
-            for part in range(1, PARTS + 1):
-                before, held_back = held_back, (1 - part / PARTS) * out_of_balance
-                now, at, converged = self._settled(replace(now, load=now.load + before - held_back), present)
-                if not converged:
-                    break
-                self.state.u = at.u
-            else:
-                return now, at, True
-        self.state.u = u
-        only_yields = equations.plastic is not None and self._settles_unyielding(equations, present)
-        rest = None if equations.large is None or only_yields else follow(self, equations, present)
-        if rest is None:
-            return first
-        moved, self.fall = rest
-        if self.fall is not None:
-            return moved, moved.at(self.state.u, moved.free.none), False
-        return self._settled(moved, present)
-
-    def _settles_unyielding(self, equations: Equations, present: BoolArray) -> bool:
-        """Return whether equilibrium is found of rock that yields no further: then motion would lead there."""
-        u, further = self.state.u, yielding_no_further(equations)
-        apart = loose(self.of, further, further.at(u, further.free.none), present)
-        found = not apart and self._settled(further, present)[2]
-        self.state.u = u
-        return found
-
-    def _settled(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
+    def settled(self, equations: Equations, present: BoolArray) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium once no more points of joints fail or wear, and the equations with the kept part of it.
 
         Where failing takes force away the others take it over from where they are then, as blocks do from step to step.
