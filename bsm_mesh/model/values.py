@@ -149,6 +149,11 @@ class Rules:
             if value is not None and not is_plain(value)
         )
 
+    def truth(self, name: str, value: object) -> None:
+        """Demand True or False."""
+        if not isinstance(value, bool | np.bool_):
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be True or False")
+
     def choice(self, name: str, value: object, known: Collection[str]) -> None:
         """Demand one of a few texts."""
         if isinstance(value, str) and value in known:

@@ -167,6 +167,9 @@ def run_options(model: Model, options: Options | None, processes: int) -> Option
     ModelError
         For schemes that know no failure.
     """
+    rules = Rules("safety")
+    rules.a_thing("options", options, Options, optional=True)
+    raise_faults(rules.faults)
     given = options or model.options or Options()
     if given.scheme != "continuation":
         raise ModelError(

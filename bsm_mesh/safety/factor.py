@@ -111,7 +111,7 @@ def factor_of_safety(
     rules.choice("start", start, get_args(Start))
     raise_faults(rules.faults)
     settings = Settings(tolerance=tolerance, failure=failure or Failure(), trials=trials, processes=processes)
-    chosen = None if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
+    chosen = None if joints is None else (joints,) if isinstance(joints, str) else joints
     reduction = Reduction(joints=chosen, rocks=chosen is None if rocks is None else rocks, bolts=bolts)
     given = run_options(model, options, processes)
     number = resting_stage(model, stage, "a factor of safety")

@@ -7,13 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.in_stage import model_up_to, stage_number, strength_in_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.options import Options
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
+from bsm_mesh.model.values import Rules
 from bsm_mesh.movements import distances
 from bsm_mesh.results.movement import moved_in_words
 from bsm_mesh.results.records import StageResult, Status
@@ -41,7 +42,7 @@ class Reduction:
 
     Attributes
     ----------
-    joints : tuple of str or None
+    joints : sequence of str or None
         Joints; None: all that have a law.
     rocks : bool
         The faces of rock without a joint too.
@@ -49,9 +50,17 @@ class Reduction:
         The capacities of the bolts too.
     """
 
-    joints: tuple[str, ...] | None = None
+    joints: Sequence[str] | None = None
     rocks: bool = True
     bolts: bool = False
+
+    def __post_init__(self) -> None:
+        rules = Rules("safety")
+        if self.joints is not None:
+            object.__setattr__(self, "joints", rules.texts("joints", self.joints))
+        rules.truth("rocks", self.rocks)
+        rules.truth("bolts", self.bolts)
+        raise_faults(rules.faults)
 
     def parts(self, model: Model, factor: float) -> dict[str, float]:
         """Return the part of its strength that every joint and rock keeps, as `Stage.strength` takes it.

@@ -22,6 +22,10 @@ def results():
     ("call", "message"),
     [
         (lambda: bsm.limit_analysis(MODEL, stage=1), r"there is no stage 1 \(known: initial\)"),
+        (lambda: bsm.factor_of_safety(MODEL, rocks=["schist"]), r"safety: rocks = \['schist'\] must be True or False"),
+        (lambda: bsm.factor_of_safety(MODEL, bolts=2), "safety: bolts = 2 must be True or False"),
+        (lambda: bsm.factor_of_safety(MODEL, joints=3), "safety: joints = 3 must be a list of texts"),
+        (lambda: bsm.factor_of_safety(MODEL, options="linear"), "safety: options = 'linear' must be"),
         (lambda: bsm.newmark(MODEL, "record.csv"), "newmark: shaking = 'record.csv' must be"),
         (lambda: bsm.limit_value(lambda part: MODEL, "0", 1.0), "the range '0' to 1.0 must have two"),
         (lambda: converters.convert_meshio("mesh.msh"), "mesh = 'mesh.msh' must be a meshio.Mesh"),
