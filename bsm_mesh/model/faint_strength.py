@@ -37,7 +37,10 @@ def _of_faces(thing: str, owners: Sequence[Any], stress: float) -> Iterator[str]
         for given in (getattr(owner, name, None) for owner in owners):
             value = float(given) if isinstance(given, Real) else 0.0
             if 0 < value < min(FAINT * stress, KILO):
+                cure = (
+                    f'write "{value:g} kPa" for kPa' if value >= 1 else "write MPa for megapascal, for mPa is 0.001 Pa"
+                )
                 yield (
                     f"{thing}: {name} = {value:g} Pa carries less than {100 * FAINT:g} % of a block's weight on a side "
-                    f'of the block; a number without its unit is in Pa: write "{value:g} kPa" for kPa'
+                    f"of the block; a number without its unit is in Pa: {cure}"
                 )

@@ -73,6 +73,11 @@ def test_strength_is_small_beside_the_weight_of_blocks() -> None:
             'without its unit is in Pa: write "50 kPa" for kPa',
         ),
         (
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=5e-3, residual_cohesion=0))]},
+            "joint 'J': cohesion = 0.005 Pa carries less than 1 % of a block's weight on a side of the block; a number "
+            "without its unit is in Pa: write MPa for megapascal, for mPa is 0.001 Pa",
+        ),
+        (
             {
                 "bolts": [
                     bsm.Bolt(start=(0.5, 2), end=(0.5, 0.5), diameter=0.025, yield_strength=5e8, bond_strength=150.0)
