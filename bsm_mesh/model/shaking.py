@@ -110,7 +110,7 @@ class Shaking:
     quantity: MotionQuantity = "acceleration"
     direction: Annotated[float, DIRECTION] = 0.0
     scale: Annotated[float, MOTION_FACTOR] = 1.0
-    quiet: Sequence[str] = ()
+    quiet: Given[tuple[str, ...], Sequence[str]] = by_default(())
     boundary: str | None = None
     duration: Annotated[float, DURATION] | None = None
     every: Annotated[float, DURATION] | None = None
