@@ -135,7 +135,10 @@ def flowed(equations: Equations, at: Iterate, report: Reporter) -> Iterate:
         report(f"viscous flow, correction {number}: unbalanced force {at.size:.1e} of the greatest")
         if at.is_balanced:
             break
-        new, _ = _shortened(equations, at, viscosity, np.inf, (1.0,))
+        try:
+            new, _ = _shortened(equations, at, viscosity, np.inf, (1.0,))
+        except ModelError:  # a matrix that cannot be factorized: no way on
+            break
         growth = min(new.norm / at.norm, LEAP)
         if growth < LEAP:
             at = new
