@@ -109,7 +109,7 @@ def _parts(
 def _with_rocks(
     parts: Sequence[FloatArray], rocks: Mapping[str, Seeds], border: str | None, faults: list[str]
 ) -> list[Region | Excavation]:
-    """Return a region for each part, by the points that lie in it; a part within another lies over it."""
+    """Return a region for each part with points in it, of their rock; a part within another lies over it."""
     import shapely
 
     shapes = [shapely.Polygon(part) for part in parts]
@@ -129,6 +129,7 @@ def _with_rocks(
         elif len(names) > 1:
             faults.append(f"{where} has points of {' and '.join(sorted(names))}; give one rock")
     return [
-        Region(outline=part, rock=min(names) if names else "", border=border)
+        Region(outline=part, rock=min(names), border=border)
         for part, names in zip(parts, of_part, strict=True)
+        if names
     ]
