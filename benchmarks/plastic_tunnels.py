@@ -1,6 +1,6 @@
 """Tunnels in jointed rock that yields, at random: ``python -m benchmarks.plastic_tunnels``.
 
-A round tunnel in rock of all strengths, which two shear zones cross or miss. Verdict, displacement and effort count.
+A round tunnel in rock of all strengths, which two shear zones cross or miss: verdict, displacement, processor time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from examples.numbers.pages import markdown
 
 MAKER = "python -m benchmarks.plastic_tunnels"
 SIDE = 20.0  # half the side of the rock around the tunnel [m]
-LONG = 10.0  # processor time [s] above which a tunnel is named
+LONG = 10.0  # processor time [s] above which tunnels are counted
 
 
 def drawn(seed: int) -> bsm.Model:
@@ -85,7 +85,7 @@ def _blocks(lines: dict[str, Any], radius: float) -> bsm.Blocks:
 
 
 def judged(seed: int) -> dict[str, Any]:
-    """Return a tunnel's verdict, greatest displacement [m], linear systems and processor time [s]."""
+    """Return a tunnel's verdict, greatest displacement of a block [m] and processor time [s]."""
     model, start = drawn(seed), process_time()
     try:
         stage = bsm.run(model, bsm.Options(threads=1)).stages[-1]

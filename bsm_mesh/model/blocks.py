@@ -165,13 +165,9 @@ class Blocks(Portable):
         outlines = parts_of(polygons)
         if outlines is None:
             rules.faults.append(f"{rules.thing}: polygons = {as_given(polygons)} must be a list of outlines")
-        names = [] if isinstance(rock, str) else list(rules.texts("rock", rock))
+        names = rock_of_each(rules, rock, len(outlines or []))
         raise_faults(rules.faults)
         corners = _as_corners(outlines or [])
-        if isinstance(rock, str):
-            names = [rock] * len(corners)
-        if len(names) != len(corners):
-            raise ModelError(f"rock: {len(names)} names for {len(corners)} blocks; give one name, or one a block")
         offsets = np.concatenate([[0], np.cumsum([len(c) for c in corners])]).astype(np.int32)
         vertices = np.concatenate(corners)
         clockwise = np.flatnonzero(polygon_moments(vertices, offsets).area < 0)
@@ -306,6 +302,16 @@ class Blocks(Portable):
         at_corner = true_where(kind, name, where, self.vertices)
         both: npt.NDArray[np.bool_] = at_corner & at_corner[self.following]
         return both
+
+
+def rock_of_each(rules: Rules, rock: str | Sequence[str], count: int) -> list[str]:
+    """Return the rock of each of `count` blocks, by one name or one each; add faults to the rules."""
+    if isinstance(rock, str):
+        return [rock] * count
+    names = list(rules.texts("rock", rock))
+    if not rules.faults and len(names) != count:
+        rules.faults.append(f"rock: {len(names)} names for {count} blocks; give one name, or one a block")
+    return names
 
 
 def true_where(kind: str, name: str, where: Callable[..., object], points: FloatArray) -> npt.NDArray[np.bool_]:

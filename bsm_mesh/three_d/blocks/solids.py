@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError, as_given, raise_faults
-from bsm_mesh.model.blocks import merge_points
+from bsm_mesh.errors import as_given, raise_faults
+from bsm_mesh.model.blocks import merge_points, rock_of_each
 from bsm_mesh.model.quantities import MERGE_TOLERANCE
 from bsm_mesh.model.values import Rules, parts_of
 
@@ -27,14 +27,10 @@ def arrays_of_solids(
     given = parts_of(solids)
     if given is None:
         rules.faults.append(f"{rules.thing}: solids = {as_given(solids)} must be a list of pairs (corners, faces)")
-    names = [] if isinstance(rock, str) else list(rules.texts("rock", rock))
+    count = len(given or [])
+    names = rock_of_each(rules, rock, count)
     raise_faults(rules.faults)
     points, loops, owner = _corners_of(given or [])
-    count = len(given or [])
-    if isinstance(rock, str):
-        names = [rock] * count
-    if len(names) != count:
-        raise ModelError(f"rock: {len(names)} names for {count} blocks; give one name, or one a block")
     number = merge_points(points, merge_tolerance)
     _, kept = np.unique(number, return_index=True)
     faces, cells = _shared_faces([[int(number[i]) for i in loop] for loop in loops], owner)
