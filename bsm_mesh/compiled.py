@@ -25,6 +25,7 @@ import numpy as np
 from numba import types
 from numba.core.caching import CompileResultCacheImpl
 from numba.core.dispatcher import Dispatcher
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
@@ -70,8 +71,11 @@ class KernelCache:
         self._form = _Form()
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return the kernel for a signature, or None, which has it compiled."""
-        target.refresh()
+        """Return the kernel for a signature, or None, which has it compiled.
+
+        What Numba knows of Python is registered only by its compiler: for machine code the run time is enough.
+        """
+        rtsys.initialize(target)
         for level in levels():
             content = kernel_files.read(self.name(signature, level))
             if content is not None:
@@ -106,6 +110,11 @@ class _Form(CompileResultCacheImpl):  # type: ignore[misc]
 
     def __init__(self) -> None:
         pass
+
+    def reduce(self, compiled: Any) -> tuple[Any, ...]:
+        """Return it without environments that have no constants: they are never read, but import Numba's modules."""
+        *parts, environments = super().reduce(compiled)
+        return *parts, tuple(one for one in environments if one.consts)
 
 
 @cache

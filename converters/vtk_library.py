@@ -38,7 +38,6 @@ def load_vtk() -> None:
     with signals_held():
         import vtkmodules.util.numpy_support
         import vtkmodules.vtkCommonMisc
-        import vtkmodules.vtkIOLegacy
         import vtkmodules.vtkIOXML  # noqa: F401
 
 

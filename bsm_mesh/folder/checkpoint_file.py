@@ -10,7 +10,7 @@ import hashlib
 import json
 import os
 from dataclasses import fields, is_dataclass
-from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,37 +28,35 @@ if TYPE_CHECKING:
 FORMAT = 1
 TOLD = ("identity", "files", "snapshots")  # the record of a checkpoint: see `Checkpoints` and `RunWriter.keep`
 CURE = "run without --resume"
+KINDS = {  # the dataclasses that may be in a checkpoint, and the modules that have them
+    "ActiveContacts": "contact.search",
+    "BoltMemory": "solve.bolts.memory",
+    "Checkpoint": "solve.stages.checkpoint",
+    "CollapseMemory": "solve.continuation.state",
+    "ContinuationState": "solve.continuation.state",
+    "CycleMemory": "solve.continuation.state",
+    "FaceWater": "model.face_water",
+    "Fall": "results.falls",
+    "Fill": "solve.zones.fills",
+    "FlowState": "flow.coupling",
+    "History": "contact.history",
+    "JointHistory": "solve.zones.joint_history",
+    "LinearState": "solve.linear.state",
+    "LoopState": "solve.continuation.state",
+    "Met": "solve.zones.moving_points",
+    "Pace": "solve.continuation.pace",
+    "Places": "solve.zones.moving_points",
+    "PointForces": "model.loads",
+    "PointHistory": "three_d.contacts.history",
+    "PolygonPoints": "three_d.contacts.history",
+    "QuietEnds": "solve.motion.quiet_ends",
+    "ShakingMemory": "solve.motion.shaking_memory",
+    "StageProgress": "solve.stages.checkpoint",
+    "StepRecord": "results.records",
+    "ZonesMemory": "solve.zones.zones_state",
+}
 _TEXT = "content"  # the member that holds the JSON
 _SEAL = 65  # bytes of the last line: SHA-256 and a line feed
-
-
-@cache
-def kinds() -> dict[str, type[Any]]:
-    """Return the dataclasses that may be in a checkpoint, by their names."""
-    from bsm_mesh.contact.history import History
-    from bsm_mesh.contact.search import ActiveContacts
-    from bsm_mesh.flow.coupling import FlowState
-    from bsm_mesh.model.face_water import FaceWater
-    from bsm_mesh.model.loads import PointForces
-    from bsm_mesh.results.falls import Fall
-    from bsm_mesh.results.records import StepRecord
-    from bsm_mesh.solve.bolts.memory import BoltMemory
-    from bsm_mesh.solve.continuation.pace import Pace
-    from bsm_mesh.solve.continuation.state import CollapseMemory, ContinuationState, CycleMemory, LoopState
-    from bsm_mesh.solve.linear.state import LinearState
-    from bsm_mesh.solve.motion.quiet_ends import QuietEnds
-    from bsm_mesh.solve.motion.shaking_memory import ShakingMemory
-    from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
-    from bsm_mesh.solve.zones.fills import Fill
-    from bsm_mesh.solve.zones.joint_history import JointHistory
-    from bsm_mesh.solve.zones.moving_points import Met, Places
-    from bsm_mesh.solve.zones.zones_state import ZonesMemory
-    from bsm_mesh.space import PointHistory, PolygonPoints
-
-    listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
-    others = (FaceWater, FlowState, LinearState, LoopState, Pace, PointForces, ShakingMemory, StageProgress, StepRecord)
-    of_zones = (Fill, JointHistory, Met, Places, ZonesMemory)
-    return {kind.__name__: kind for kind in (*listed, *others, *of_zones, PointHistory, PolygonPoints, QuietEnds)}
 
 
 def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -> None:
@@ -163,7 +161,7 @@ def _encoded(value: Any, arrays: list[np.ndarray]) -> Any:
         return {"array": len(arrays) - 1}
     if is_dataclass(value):
         name = type(value).__name__
-        if kinds().get(name) is not type(value):
+        if f"bsm_mesh.{KINDS.get(name)}" != type(value).__module__:
             raise TypeError(f"a {name} cannot be kept")
         return {"kind": name, **{field.name: _encoded(getattr(value, field.name), arrays) for field in fields(value)}}
     if isinstance(value, tuple):
@@ -181,5 +179,5 @@ def _decoded(value: Any, arrays: list[np.ndarray]) -> Any:
         return value
     if "array" in value:
         return arrays[value["array"]]
-    kind = kinds()[value["kind"]]
+    kind = getattr(import_module(f"bsm_mesh.{KINDS[value['kind']]}"), value["kind"])
     return kind(**{name: _decoded(part, arrays) for name, part in value.items() if name != "kind"})

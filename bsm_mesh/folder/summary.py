@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections import Counter
 from dataclasses import asdict
 from functools import cache
@@ -99,10 +100,11 @@ def code_digest() -> str:
     """
     state = hashlib.sha256(repr(versions()).encode())
     root = Path(__file__).parents[1]
-    for folder in (root, root / "converters", root / "geometries"):  # in a checkout the last two are links
-        for path in sorted(folder.rglob("*.py")):
-            state.update(f"{path.relative_to(root)}\n".encode())
-            state.update(path.read_bytes())
+    folders = os.walk(root, followlinks=True)  # in a checkout some folders are links
+    for path in sorted(os.path.join(folder, name) for folder, _, names in folders for name in names):
+        if path.endswith(".py"):
+            state.update(f"{os.path.relpath(path, root)}\n".encode())
+            state.update(Path(path).read_bytes())
     return state.hexdigest()
 
 

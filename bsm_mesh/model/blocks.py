@@ -13,6 +13,7 @@ from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, as_given, counted, nearest, place, raise_faults, shortened
 from bsm_mesh.model.block_faults import FARTHEST, outline_faults
 from bsm_mesh.model.edges import EdgeTable
+from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
 from bsm_mesh.model.quantities import MERGE_TOLERANCE as MERGING
@@ -333,31 +334,6 @@ def true_where(kind: str, name: str, where: Callable[..., object], points: Float
         )
     raise_faults(rules.faults)
     return np.broadcast_to(found, len(points))
-
-
-def merge_points(points: FloatArray, tolerance: float) -> IntArray:
-    """Return a number for every point; points nearer than `tolerance` (also in a chain) share one.
-
-    Parameters
-    ----------
-    points : (n, 2) float64 [m]
-        Coordinates.
-    tolerance : float [m]
-        Greatest distance of points taken as one.
-    """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    # Equal coordinates first: a corner shared by k blocks would give k^2 pairs.
-    unique, number = np.unique(points, axis=0, return_inverse=True)
-    pairs = cKDTree(unique).query_pairs(tolerance, output_type="ndarray")
-    if len(pairs) == 0:
-        return number.reshape(-1).astype(np.int32)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
-    _, label = connected_components(graph, directed=False)
-    merged: IntArray = label[number.reshape(-1)].astype(np.int32)
-    return merged
 
 
 def _as_corners(polygons: Sequence[npt.ArrayLike]) -> list[FloatArray]:

@@ -6,6 +6,7 @@ import inspect
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import MISSING, Field, fields
+from functools import cache
 from typing import Any, TypeVar
 
 from pydantic import Field as Key
@@ -72,6 +73,7 @@ def _whose(name: str, owners: Collection[type], names: Mapping[type, str] | None
     return f"{', '.join(mine)}: " if mine else ""
 
 
+@cache
 def descriptions_of(owner: type) -> dict[str, str]:
     """Return the descriptions of a class's attributes, in the words of a file: None is a key that is left out.
 

@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator
 from pydantic.fields import FieldInfo
 
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.model import PlanePoints
-from bsm_mesh.modelfile.units import LINES_SCHEMA, Point, lines_of
+from bsm_mesh.modelfile.units import Lines, Point, lines_of
 
 
 def _path_text(value: str) -> str:
@@ -39,7 +39,7 @@ class Table(BaseModel):
     `meant` has the cure for names that users write for another key.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     meant: ClassVar[Mapping[str, str]] = {}
 
     @classmethod
@@ -92,11 +92,7 @@ def _along(value: object) -> object:
     return LineFile.model_validate(value) if isinstance(value, dict) else lines_of(value)
 
 
-Along = Annotated[
-    Any,
-    PlainValidator(_along),
-    WithJsonSchema({"anyOf": [{"type": "string"}, LineFile.model_json_schema(), LINES_SCHEMA]}),
-]
+Along = Annotated[Any, PlainValidator(_along, json_schema_input_type=str | LineFile | Lines)]
 Border = Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
 
 

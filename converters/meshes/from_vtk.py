@@ -18,6 +18,7 @@ from bsm_mesh.converters.vtk_library import load_vtk, names_in
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.edges import LongArray
+from bsm_mesh.signals import signals_held
 
 SUFFIXES = (".vtu", ".vtp", ".vtk")
 LIBRARY = ("vtkmodules.util.numpy_support", "vtkmodules.vtkIOLegacy", "vtkmodules.vtkIOXML")
@@ -83,8 +84,9 @@ def read_data(path: Path) -> Any:
         If VTK cannot read the file, or it holds neither an unstructured grid nor polygons.
     """
     load_vtk()
+    with signals_held():
+        from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-    from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
     readers: dict[str, Any] = {

@@ -6,21 +6,25 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, QhullError
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.converters.meshes.files import refuse_unreadable
 from bsm_mesh.converters.three_d.surface_files import ENDINGS, read_surface, surface_text
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.files import write_text
-from bsm_mesh.model.blocks import MERGE_TOLERANCE, merge_points
+from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.reading import as_path
 from bsm_mesh.three_d.blocks.polygons import vector_areas
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 FLAT = 1e-6  # sine of an angle: faces that bend less are one
 CONVEX = 1e-6  # of the volume: by so much the convex hull may exceed the stone
@@ -141,6 +145,8 @@ def _convex(points: FloatArray, faces: list[list[int]]) -> Solid:
     ValueError
         If it has no volume or is not convex.
     """
+    from scipy.spatial import ConvexHull, QhullError
+
     sizes = [len(face) for face in faces]
     number = np.concatenate(faces)
     own, place = np.unique(number, return_inverse=True)

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 import bsm_mesh as bsm
-from bsm_mesh.model.blocks import merge_points
+from bsm_mesh.model.merged_points import merge_points
 from tests.scenes.faults import fault
 from tests.scenes.models import framed
 from tests.scenes.shapes import SQUARE, grid, rectangle, square
@@ -193,6 +196,21 @@ def test_merging_also_in_a_chain():
     assert len(set(merge_points(points, 1e-9)[[0, 1, 2, 4]].tolist())) == 1
     assert merge_points(points, 1e-9).max() == 1
     assert merge_points(points, 1e-12).max() == 3
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("axes", [2, 3])
+def test_merging_as_by_a_tree_of_scipy(seed, axes):
+    """Points of a grid, moved a little and far from the origin."""
+    random = np.random.default_rng(seed)
+    grid_points = random.integers(0, 6, size=(300, axes)) * 0.1 + 1e4
+    points = grid_points + random.uniform(-4e-4, 4e-4, size=grid_points.shape)
+    pairs = cKDTree(points).query_pairs(3e-4, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+    count, label = connected_components(graph, directed=False)
+    merged = merge_points(points, 3e-4)
+    assert merged.max() + 1 == count < len(points)
+    assert len(np.unique(np.stack((label, merged)), axis=1).T) == count
 
 
 def test_merge_tolerance_is_the_users():
