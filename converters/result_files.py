@@ -25,9 +25,9 @@ from bsm_mesh.converters.vtk_files import Compression, Grid, spatial, write_pvd,
 from bsm_mesh.converters.vtk_library import POLYGON, numbered
 from bsm_mesh.converters.zone_files import zone_grid
 from bsm_mesh.errors import ModelError
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.kinds import in_space
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.submodel import some_blocks
 from bsm_mesh.movements import PLANE
 from bsm_mesh.results.clock import ends_of

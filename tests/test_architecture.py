@@ -16,6 +16,7 @@ FOR_CONVERTERS = (
     "bsm_mesh.results",
     "bsm_mesh.errors",
     "bsm_mesh.arrays",
+    "bsm_mesh.merged_points",
     "bsm_mesh.files",
     "bsm_mesh.reading",
     "bsm_mesh.section_plane",
@@ -32,6 +33,7 @@ FOR_CONVERTERS = (
     "bsm_mesh.geometries.physical_groups",
 )
 FOR_GEOMETRIES = (
+    "bsm_mesh.merged_points",
     "bsm_mesh.lazy",
     "bsm_mesh.files",
     "bsm_mesh.errors",

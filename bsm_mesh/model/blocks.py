@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, as_given, counted, nearest, place, raise_faults, shortened
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.block_faults import FARTHEST, outline_faults
 from bsm_mesh.model.edges import EdgeTable
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
 from bsm_mesh.model.quantities import MERGE_TOLERANCE as MERGING

@@ -17,9 +17,9 @@ from bsm_mesh.converters.meshes.nodes_on_lines import NEAR, single_edges
 from bsm_mesh.converters.meshes.report import places
 from bsm_mesh.converters.meshes.segments import Segments, crossings, foot_points
 from bsm_mesh.errors import ModelError
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import LongArray
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.polygons import owner_of_corner
 
 GRID = 2.0**-36  # of the model's size: spacing of the grid on which lines and edges meet

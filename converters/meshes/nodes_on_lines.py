@@ -14,9 +14,9 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.meshes.regions import joined_pairs
 from bsm_mesh.converters.meshes.segments import Segments, crossings, foot_points
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
-from bsm_mesh.model.merged_points import merge_points
 
 NEAR = 0.05  # of the narrowest element and the shortest edge at a node: nearer to a line, the node moves onto it
 FARTHEST = 0.15  # of that width: no node moves further, where lines cross or along a rim

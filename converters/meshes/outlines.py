@@ -12,9 +12,9 @@ from bsm_mesh.converters.meshes.repeats import first_of_equal
 from bsm_mesh.converters.meshes.report import Note, NoteKind, places
 from bsm_mesh.converters.meshes.straight import Precision, straight_points
 from bsm_mesh.errors import ModelError, counted, listing
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.block_faults import FARTHEST
 from bsm_mesh.model.edges import LongArray
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.polygons import edge_vectors, next_corner, polygon_moments
 from bsm_mesh.section_plane import PLANE_TOLERANCE, section_axes
 

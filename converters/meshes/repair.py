@@ -13,9 +13,9 @@ from bsm_mesh.converters.meshes.conform import conforming
 from bsm_mesh.converters.meshes.regions import components, not_simple, outline_regions, rim_of
 from bsm_mesh.converters.meshes.straight import Precision
 from bsm_mesh.errors import place
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import LongArray
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.polygons import owner_of_corner
 
 MAX_ROUNDS = 10  # a merged sliver may still be one

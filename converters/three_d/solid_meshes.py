@@ -17,9 +17,9 @@ from bsm_mesh.converters.meshes.from_msh import MshContent, is_msh40, is_msh41, 
 from bsm_mesh.converters.three_d.elements import CORNERS, ElementCells, ElementFaces, element_faces
 from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, place, raise_faults, shortened
 from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.edges import LongArray
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.reading import as_path
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 

@@ -17,8 +17,8 @@ from bsm_mesh.converters.meshes.files import refuse_unreadable
 from bsm_mesh.converters.three_d.surface_files import ENDINGS, read_surface, surface_text
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.files import write_text
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.reading import as_path
 from bsm_mesh.three_d.blocks.polygons import vector_areas
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra

@@ -13,6 +13,7 @@ import numpy as np
 
 from bsm_mesh.geometries.cutting.pieces import IntArray, Pieces
 from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.merged_points import merge_points
 
 FARTHEST = 50.0  # tolerances that an end moves along its own line to a line that it meets at a small angle
 
@@ -61,19 +62,8 @@ def join_ends(pieces: Pieces, tolerance: float) -> Lines:
 
 def _merge_ends(pieces: Pieces, tolerance: float) -> FloatArray:
     """Return the ends; those within the tolerance of each other at one place, that of an outline's corner first."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
     flat = pieces.ends.reshape(-1, 2)
-    unique, inverse = np.unique(flat, axis=0, return_inverse=True)
-    inverse = inverse.reshape(-1)
-    pairs = cKDTree(unique).query_pairs(tolerance, output_type="ndarray")
-    if len(pairs) == 0:
-        return pieces.ends
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
-    _, label = connected_components(graph, directed=False)
-    group = label[inverse]
+    group = merge_points(flat, tolerance)
     order = np.lexsort([np.arange(len(flat)), np.repeat(pieces.region < 0, 2), group])
     _, first = np.unique(group[order], return_index=True)
     merged: FloatArray = flat[order[first]][group].reshape(-1, 2, 2)

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 import bsm_mesh as bsm
-from bsm_mesh.model.merged_points import merge_points
+from bsm_mesh.merged_points import merge_points
 from tests.scenes.faults import fault
 from tests.scenes.models import framed
 from tests.scenes.shapes import SQUARE, grid, rectangle, square

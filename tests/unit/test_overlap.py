@@ -7,8 +7,8 @@ import numpy.typing as npt
 import pytest
 
 from bsm_mesh.errors import ModelError
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
 
 Outline = list[tuple[float, float]]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.model.merged_points import merge_points
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.solve.linear.readiness import make_ready
 from tests.scenes.shapes import grid, rectangle, running_bond, square
 from tests.scenes.small_case import FILE, LINEAR, LOAD, MODEL, ROCK, SUPPORT, Case

@@ -10,9 +10,9 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import SHORTEST_FACE
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.solve.zones.outlines import Outlines, are_quads, fans, refined_outlines
 
 MOST_REFINEMENTS = 6  # halvings of every side: 4096 cells for each

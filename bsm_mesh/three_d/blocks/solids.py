@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import as_given, raise_faults
+from bsm_mesh.merged_points import merge_points
 from bsm_mesh.model.blocks import rock_of_each
-from bsm_mesh.model.merged_points import merge_points
 from bsm_mesh.model.quantities import MERGE_TOLERANCE
 from bsm_mesh.model.values import Rules, parts_of
 
