@@ -73,7 +73,7 @@ class KernelCache:
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return the kernel for a signature, or None, which has it compiled.
 
-        What Numba knows of Python is registered only by its compiler: for machine code the run time is enough.
+        Machine code needs Numba's run time alone; its compiler registers Python's functions when it is called.
         """
         rtsys.initialize(target)
         for level in levels():

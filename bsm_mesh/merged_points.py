@@ -36,8 +36,8 @@ def merge_points(points: FloatArray, tolerance: float) -> IntArray:
 def _near_pairs(points: FloatArray, tolerance: float) -> IntArray:
     """Return the pairs of points within a tolerance of each other.
 
-    They are near each other along any line too. So each point is compared with those next to it along one: a tree of
-    SciPy finds the same pairs, but its import takes longer than a small model.
+    They are near each other along any line too. So each point is compared with those next to it along one line. A tree
+    of SciPy finds the same pairs, but its import takes longer than a small model.
     """
     line = ASKEW[: points.shape[1]]
     along = points @ (line / np.linalg.norm(line))
