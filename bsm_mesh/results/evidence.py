@@ -84,6 +84,12 @@ class Evidence(Portable):
         Faces of polyhedra with a pressure of their own.
     water_face_pressure : (p,) float64 or None [Pa]
         That pressure.
+    water_part_block : (q, 2) int32 or None
+        Blocks a and b that touch on parts of faces with a pressure of their own.
+    water_part_corner, water_part_offsets : (k, 3) float64 [m], (q + 1,) int32 or None
+        Corners of these parts as given, counter-clockwise seen from within a, and where those of each begin.
+    water_part_pressure : (q,) float64 or None [Pa]
+        The pressure.
     outline : (q, 2) float64 or None [m]
         Corners of the blocks as they deformed, block after block; None: blocks have their given shapes.
     outline_offsets : (n + 1,) int32 or None
@@ -124,6 +130,10 @@ class Evidence(Portable):
     outline_offsets: IntArray | None = None
     water_face: IntArray | None = None
     water_face_pressure: FloatArray | None = None
+    water_part_block: IntArray | None = None
+    water_part_corner: FloatArray | None = None
+    water_part_offsets: IntArray | None = None
+    water_part_pressure: FloatArray | None = None
 
     def __post_init__(self) -> None:
         show_only(self)
@@ -150,7 +160,7 @@ class Evidence(Portable):
     def in_whole(self, part: SubModel) -> Evidence:
         """Return a part's evidence in the numbers of the whole."""
         by_block = ("weight", "velocity", "unit_weight", "load_stiffness")
-        numbered = ("bar_block", "bolt_pair", "load_block")
+        numbered = ("bar_block", "bolt_pair", "load_block", "water_part_block")
         given = {name: getattr(self, name) for name in (*by_block, *numbered)}
         there = {name: values for name, values in given.items() if values is not None}
         changed: dict[str, Any] = {name: part.in_whole(there[name]) for name in by_block if name in there}

@@ -10,9 +10,10 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.in_situ import beyond_strength
 from bsm_mesh.model.model import Model
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
-from bsm_mesh.three_d.contacts.history import PointHistory, faces_of
+from bsm_mesh.three_d.contacts.history import PointHistory
 from bsm_mesh.three_d.step.block_system import BlockSystem
 from bsm_mesh.three_d.stress_field import SpaceStress
+from bsm_mesh.three_d.water import joint_water
 
 
 def in_situ_history(model: Model) -> tuple[PointHistory, tuple[str, ...]]:
@@ -41,8 +42,8 @@ def in_situ_history(model: Model) -> tuple[PointHistory, tuple[str, ...]]:
 
 def _forces(system: BlockSystem, found: ContactSet, point: FloatArray) -> FloatArray:
     """Return the effective forces of the field on block a of contact points, (m, 3) [N]: normals point into a."""
-    face, _ = faces_of(found.key)
     normal, area = found.geometry[:, 6:9], found.candidates.length
+    own = np.append(joint_water(system.model), np.nan)[found.joint]
     traction = -np.einsum("kij,kj->ki", SpaceStress(system.model).at(point), normal)
-    effective: FloatArray = area[:, None] * (traction - system.water.pressure_at(point, face)[:, None] * normal)
+    effective: FloatArray = area[:, None] * (traction - system.water.pressure_at(point, own)[:, None] * normal)
     return effective

@@ -7,9 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.rules import RULES
 from bsm_mesh.errors import counted, place
-from bsm_mesh.model.model import Model
 from bsm_mesh.movements import turned
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import SupportForces
@@ -20,6 +18,7 @@ from bsm_mesh.three_d.contacts.history import faces_of
 from bsm_mesh.three_d.evidence import evidence_of
 from bsm_mesh.three_d.point_forces import PointForces3D
 from bsm_mesh.three_d.step.block_system import BlockSystem
+from bsm_mesh.three_d.water import joint_water
 
 
 def outcome_of(
@@ -50,7 +49,7 @@ def outcome_of(
         evidence=evidence_of(system, motion, kept),
     )
     pairs, depth = system.passed_faces(motion.contacts, motion.position)
-    notes = (*outcome.stage.notes, *notes_on_passed(system.centroid[pairs], depth), *notes_on_dry_contacts(system))
+    notes = (*outcome.stage.notes, *notes_on_passed(system.centroid[pairs], depth))
     return replace(outcome, stage=replace(outcome.stage, notes=notes))
 
 
@@ -66,37 +65,6 @@ def notes_on_passed(centroids: FloatArray, depth: FloatArray) -> list[str]:
         f"faces of {counted(len(depth), 'pair')} of blocks have passed each other without contact, by up to "
         f"{depth.max():.3g} m (the blocks at {a} and {b} m); no force acts there"
     ]
-
-
-def notes_on_dry_contacts(system: BlockSystem) -> list[str]:
-    """Return a note on blocks that touch on parts of faces of a joint with a water pressure of its own.
-
-    It acts on shared faces alone. Contacts at edges have less area and are left out.
-    """
-    points, model = system.touching, system.model
-    if model.water is None or not len(points.area):
-        return []
-    name = np.array([*model.blocks.joint_names, model.default_joint or ""])[points.joint]
-    wet = np.isin(name, [joint for joint, pressure in model.water.joint_pressure.items() if pressure])
-    ends = np.sort(np.column_stack([points.block_a, points.block_b])[wet], axis=1)
-    pairs, number = np.unique(ends, axis=0, return_inverse=True)
-    area = np.bincount(number.ravel(), points.area[wet], minlength=len(pairs))
-    wide = area > RULES.min_overlap * system.block_size[pairs].min(axis=1) ** 2
-    if not wide.any():
-        return []
-    worst = int(np.where(wide, area, 0.0).argmax())
-    a, b = map(place, system.centroid[pairs[worst]])
-    return [
-        f"{counted(int(wide.sum()), 'pair')} of blocks touch on a part of a face, where joint_pressure does not act: "
-        f"it acts on shared faces alone (the blocks at {a} and {b} m, {area[worst]:.3g} m2); give neighbours the same "
-        "corners there"
-    ]
-
-
-def joint_water(model: Model) -> FloatArray:
-    """Return the pressure given for every joint of a model [Pa]; nan: none is."""
-    given = {} if model.water is None else model.water.joint_pressure
-    return np.array([given.get(joint.name, np.nan) for joint in model.joints], dtype=np.float64)
 
 
 def point_forces(system: BlockSystem, motion: Motion, kept: IntArray) -> PointForces3D:

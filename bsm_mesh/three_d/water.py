@@ -1,17 +1,19 @@
-"""Water on polyhedra: pressure below a plane of head on all faces, or a pressure in the faces of a joint."""
+"""Water on polyhedra: pressure below a plane of head on all faces, or a pressure where blocks meet in a joint."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.model import Model
 from bsm_mesh.model.water import Water
 from bsm_mesh.movements import cross, turned
+from bsm_mesh.three_d.blocks.contact_polygons import ContactPolygons
 from bsm_mesh.three_d.blocks.moments import fan_triangles
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.contacts.part_polygons import part_polygons
 
 DRY = 1e9  # m: a plane so far below is none
 
@@ -20,7 +22,8 @@ class WaterOnPolyhedra:
     """The water of a model of polyhedra.
 
     The pressure of a plane acts normal to every face, outer ones too, where the blocks have come to. Triangles are cut
-    where they leave the water, so that forces and moments are exact.
+    where they leave the water, so that forces and moments are exact. The pressure of a joint replaces that of the plane
+    on faces that blocks share, and on the parts of faces on which they touch as given.
 
     Parameters
     ----------
@@ -47,8 +50,16 @@ class WaterOnPolyhedra:
         if water.plane is not None:
             self.up = water.plane.up
             self.level = float(self.up @ water.plane.point)
-        self._of_faces = _joint_pressures(blocks, water.joint_pressure, default_joint)
+        names = [*blocks.joint_names, default_joint or ""]
+        by_joint = np.array([water.joint_pressure.get(name, np.nan) for name in names])
+        self._of_parts = np.zeros(0)
+        self._of_faces = np.where(blocks.face_cells[:, 1] >= 0, by_joint[blocks.face_joint], np.nan)
         self._set_triangles(blocks, self._of_faces)
+        if water.joint_pressure:
+            parts = part_polygons(blocks)
+            own = by_joint[parts.joint]
+            self._parts, self._of_parts = parts.some(np.flatnonzero(~np.isnan(own))), own[~np.isnan(own)]
+            self._add_parts(self._parts, self._of_parts)
 
     def _set_triangles(self, blocks: Polyhedra, own: FloatArray) -> None:
         """Set the triangles of the surfaces, with the pressures of joints on faces (n_faces,)."""
@@ -63,11 +74,23 @@ class WaterOnPolyhedra:
         self.inward = np.concatenate([-outward[one], outward[other]])
         self.own = own[face[row]]
 
-    def pressure_at(self, point: FloatArray, face: IntArray) -> FloatArray:
-        """Return the water pressure at points (k, 3) of faces between blocks (k,), as given, (k,) [Pa]."""
+    def _add_parts(self, parts: ContactPolygons, own: FloatArray) -> None:
+        """Add the pressures (q,) on parts of faces, and take away there what the plane exerts on the whole face."""
+        corner, polygon = fan_triangles(parts.offsets)
+        points = parts.corners[corner]
+        into_a = cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]) / 2
+        given, none = own[polygon], np.full(len(polygon), np.nan)
+        for block, inward in ((parts.block_a[polygon], into_a), (parts.block_b[polygon], -into_a)):
+            arm = points - self.centroid[block][:, None, :]
+            self.block = np.concatenate([self.block, block, block])
+            self.arm = np.concatenate([self.arm, arm, arm])
+            self.inward = np.concatenate([self.inward, inward, -inward])
+            self.own = np.concatenate([self.own, given, none])
+
+    def pressure_at(self, point: FloatArray, own: FloatArray) -> FloatArray:
+        """Return the water pressure at points (k, 3) as given, with those of their joints (k,), (k,) [Pa]."""
         if not self.acts:
             return np.zeros(len(point))
-        own = self._of_faces[face]
         below = np.maximum(self.unit_weight * (self.level - point @ self.up), 0.0)
         return np.where(np.isnan(own), below, own)
 
@@ -76,10 +99,19 @@ class WaterOnPolyhedra:
         if not self.acts:
             return {}
         face = np.flatnonzero(~np.isnan(self._of_faces)).astype(np.int32)
-        return {
+        told = {
             "water_plane": np.array([*self.up[:2], self.level, self.unit_weight]),
             "water_face": face,
             "water_face_pressure": self._of_faces[face],
+        }
+        if not len(self._of_parts):
+            return told
+        return {
+            **told,
+            "water_part_block": np.column_stack([self._parts.block_a, self._parts.block_b]),
+            "water_part_corner": self._parts.corners,
+            "water_part_offsets": self._parts.offsets,
+            "water_part_pressure": self._of_parts,
         }
 
     def on_blocks(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -129,9 +161,7 @@ def _wet(block: IntArray, arm: FloatArray, inward: FloatArray, depth: FloatArray
     return parts
 
 
-def _joint_pressures(blocks: Polyhedra, given: Mapping[str, float], default_joint: str | None) -> FloatArray:
-    """Return the pressure given for the joint of every face between two blocks [Pa]; nan: none is."""
-    names = [*blocks.joint_names, default_joint or ""]
-    by_joint = np.array([given.get(name, np.nan) for name in names])
-    pressure: FloatArray = np.where(blocks.face_cells[:, 1] >= 0, by_joint[blocks.face_joint], np.nan)
-    return pressure
+def joint_water(model: Model) -> FloatArray:
+    """Return the pressure given for every joint of a model [Pa]; nan: none is."""
+    given = {} if model.water is None else model.water.joint_pressure
+    return np.array([given.get(joint.name, np.nan) for joint in model.joints], dtype=np.float64)

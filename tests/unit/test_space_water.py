@@ -150,18 +150,62 @@ def test_planes_of_head_are_for_polyhedra_and_tables_for_the_plane():
         bsm.HeadPlane(point=(0, 1))
 
 
-@pytest.mark.parametrize(("side", "said"), [(2, True), (0.5, False)])
-def test_stones_on_a_part_of_a_face_have_no_water_of_their_joint_and_a_note_says_so(side, said):
-    """A cube on a table of 4 x 4 m sinks by its whole weight; on one of its own size it has the uplift."""
+@pytest.mark.parametrize("side", [2, 0.5])
+@pytest.mark.parametrize("top", [0.0, 0.3])
+def test_water_of_a_joint_presses_on_parts_of_faces_too(side, top):
+    """A cube on a table, of 4 x 4 m or of its own size, carries its weight less the uplift: the joint's alone there.
+
+    Its lower part is in water that has nothing to press on from below.
+    """
     table = box((-side, -side, -1), (side, side, 0))
-    water = bsm.Water(joint_pressure={"J1": 10e3})
+    plane = bsm.HeadPlane(point=(0, 0, top))
+    water = bsm.Water(plane=plane, joint_pressure={"J1": 10e3})
     model = model_in_space([table, box((-0.5, -0.5, 0), (0.5, 0.5, 1))], fixed=[0], water=water)
-    stage = bsm.run(model, OPTIONS).stages[0]
-    assert_allclose(stage.displacement[1, 2], -(26e3 - (0 if said else 10e3)) / 1e9, rtol=1e-6)
-    notes = [note for note in stage.notes if "joint_pressure does not act" in note]
-    assert len(notes) == said
-    if said:
-        assert "1 pair of blocks touch on a part of a face" in notes[0]
-        assert "(the blocks at (0, 0, -0.5) and (0, 0, 0.5) m, 1 m2)" in notes[0]
-    dry = bsm.run(model.replace(water=bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 0.5)))), OPTIONS).stages[0]
-    assert not any("joint_pressure" in note for note in dry.notes)
+    results = bsm.run(model, OPTIONS)
+    assert_allclose(results.stages[0].displacement[1, 2], -(26e3 - 10e3) / 1e9, rtol=1e-4)
+    drained = model.replace(water=bsm.Water(plane=plane, joint_pressure={"J1": 0.0}))
+    assert_allclose(bsm.run(drained, OPTIONS).stages[0].displacement[1, 2], -26e3 / 1e9, rtol=1e-4)
+    assert results.check().ok
+
+
+def test_on_a_part_of_a_face_water_presses_as_on_a_face_of_its_own():
+    """An inclined plane of head through it; the smaller face is shared with a block of its size instead."""
+    water = bsm.Water(plane=bsm.HeadPlane(point=(0.1, 0, 0.1), dip=35, dip_direction=70), joint_pressure={"J1": 4e3})
+    position, found = np.zeros((2, 6)), []
+    position[1] = (0.01, -0.02, 0.03, 0.1, -0.2, 0.05)
+    for side in (3, 0.5):
+        cube = box((-0.5, -0.5, 0), (0.5, 0.5, 1))
+        model = model_in_space([box((-side, -side, -2), (side, side, 0)), cube], water=water)
+        found.append(WaterOnPolyhedra(model.blocks, water, "J1").on_blocks(position))
+    assert_allclose(found[0][0][1], found[1][0][1], rtol=1e-9, atol=1e-6)
+    assert_allclose(found[0][1][1], found[1][1][1], rtol=1e-9, atol=1e-6)
+    assert np.abs(found[0][0][1, 3:]).max() > 100
+
+
+def test_water_on_parts_of_faces_is_in_the_certificate_and_in_stages():
+    """A wall of shifted courses; blocks of the first course are taken away, and numbers change."""
+    bricks = [box((k - 0.3 * row, 0, row), (k + 1 - 0.3 * row, 1, row + 1)) for row in range(3) for k in range(3)]
+    water = bsm.Water(plane=bsm.HeadPlane(point=(0, 0, 0.8), dip=5, dip_direction=90), joint_pressure={"J1": 3e3})
+    model = model_in_space(bricks, fixed=[0, 1, 2], water=water, stages=[bsm.Stage(name="less", excavate=[0])])
+    results = bsm.run(model, OPTIONS)
+    told = certificate(results)
+    for stage, said in zip(results.stages, told["stages"], strict=True):
+        arrays = {key: np.array(values) for key, values in certificate_arrays(results, stage).items()}
+        assert check_stage(told, said, arrays)[1] == []
+        assert len(arrays["water_part_block"]) == (10 if stage is results.stages[0] else 8)
+        for name, change in (("water_part_pressure", 50.0), ("water_part_corner", 0.01)):
+            changed = {key: np.array(values) for key, values in arrays.items()}
+            changed[name] = changed[name] + change
+            assert "the water presses on block" in "; ".join(check_stage(told, said, changed)[1])
+
+
+def test_edges_over_edges_have_no_area_for_water():
+    """A cube that stands on an edge, and one beside its table."""
+    cube = np.array(box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))[0])
+    c = np.sqrt(0.5)
+    turned = cube @ np.array([[1, 0, 0], [0, c, -c], [0, c, c]]).T + (0, 0, c)
+    faces = box((0, 0, 0), (1, 1, 1))[1]
+    water = bsm.Water(joint_pressure={"J1": 10e3})
+    model = model_in_space([box((-2, -2, -1), (2, 2, 0)), (turned, faces)], fixed=[0], water=water)
+    found, _ = WaterOnPolyhedra(model.blocks, water, "J1").on_blocks(np.zeros((2, 6)))
+    assert_allclose(found, 0)

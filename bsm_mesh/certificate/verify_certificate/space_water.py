@@ -38,6 +38,21 @@ def forces(a: Arrays) -> Any:
             if not np.isnan(own[face]):
                 depth = np.full(len(arm), own[face])
             total[block] += pressed(*wet_part(arm, depth))
+    return total + on_parts(a) if "water_part_block" in a else total
+
+
+def on_parts(a: Arrays) -> Any:
+    """Return the same of parts of faces with a pressure of their own, less what the plane exerts there, (n, 6)."""
+    slope_x, slope_y, level, weight = a["water_plane"]
+    total, offsets = np.zeros_like(a["water"]), a["water_part_offsets"]
+    for part, pair in enumerate(a["water_part_block"]):
+        for block, turned_over in zip(pair, (True, False), strict=True):  # counter-clockwise seen from outside b
+            corners = a["water_part_corner"][offsets[part] : offsets[part + 1]]
+            arm = (corners - a["centroid"][block]) @ matrix(a["position"][block, 3:]).T
+            arm = arm[::-1] if turned_over else arm
+            depth = weight * (level - (a["at"][block] + arm) @ (slope_x, slope_y, 1.0))
+            total[block] += pressed(arm, np.full(len(arm), a["water_part_pressure"][part]))
+            total[block] -= pressed(*wet_part(arm, depth))
     return total
 
 
