@@ -62,6 +62,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *(of_unlimited(model, rocks, joints) if fails else ()),
         *of_strength(rocks, joints),
         *of_idle_rocks(model, rocks),
+        *of_idle_apertures(model, joints),
         *of_unusual(model, rocks, joints),
         *of_faint_strength(model, rocks, joints),
         *_of_ground(model),
@@ -132,6 +133,14 @@ def of_idle_rocks(model: Model, rocks: Sequence[Rock]) -> Iterator[str]:
                 f"rock '{rock.name}': its zones are elastic, and its strength limits only faces without a joint; for "
                 'rock that yields give zones = { law = "mohr_coulomb" }'
             )
+
+
+def of_idle_apertures(model: Model, joints: Sequence[Joint]) -> Iterator[str]:
+    """Say which joints give an aperture, and no water flows in them."""
+    why = "flow in joints is for the plane" if in_space(model.blocks) else "[flow] is not given"
+    for joint in joints:
+        if joint.aperture and model.flow is None:
+            yield f"joint '{joint.name}': aperture has no effect: {why}"
 
 
 def of_idle_options(options: Options | None) -> Iterator[str]:

@@ -93,6 +93,7 @@ def test_strength_is_small_beside_the_weight_of_blocks() -> None:
         ),
         ({"joints": [joint(normal_stiffness=1e3)]}, "joint 'J': normal_stiffness = 1000 Pa/m is unusual"),
         ({"rocks": [replace(ROCK, poisson=0.2)]}, "rock 'rock': poisson has no effect without young"),
+        ({"joints": [joint(aperture=1e-4)]}, "joint 'J': aperture has no effect: [flow] is not given"),
         (
             {"rocks": [replace(ROCK, cohesion=1e5, residual_cohesion=0)]},
             "rock 'rock': its cohesion, friction and tensile_strength have no effect: faces without a joint of "

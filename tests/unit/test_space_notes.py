@@ -28,6 +28,9 @@ def with_top(model: bsm.Model) -> bsm.Model:
 ELASTIC = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)
 NOTED = {
     "joint 'J1' has no law (friction)": {"joints": [ELASTIC]},
+    "joint 'J1': aperture has no effect: flow in joints is for the plane": {
+        "joints": [replace(ELASTIC, law=bsm.MohrCoulomb(friction=30), aperture=1e-4)]
+    },
     "1 bolt without yield_strength": {"bolts": [bsm.Bolt(start=(0.5, 0.5, 1.9), end=(0.5, 0.5, 0.2), diameter=0.02)]},
     "in_situ: the surface lies 3 m above the top": {"in_situ": bsm.InSitu(surface=5.0)},
     "in_situ: 1 block above the surface": {"in_situ": bsm.InSitu(surface=1.0)},

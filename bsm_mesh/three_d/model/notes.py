@@ -13,6 +13,7 @@ from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.notes import (
+    of_idle_apertures,
     of_idle_options,
     of_idle_rocks,
     of_size,
@@ -48,6 +49,7 @@ def notes_in_space(model: Model) -> list[str]:
         *of_weights(rocks),
         *of_strength(rocks, joints),
         *of_idle_rocks(model, rocks),
+        *of_idle_apertures(model, joints),
         *of_unlimited(model, rocks, joints),
         *of_single_bolts(model),
         *of_unusual(model, rocks, joints),
