@@ -54,11 +54,12 @@ class Checks:
             self.add(f"{name} = {as_given(value)} is no line of points; give [(x, y), ...] in m, {least} or more")
         return not bad
 
-    def vector(self, **values: object) -> bool:
-        """Return whether all `values` are three finite numbers; add a fault for each that is not."""
-        bad = {name: value for name, value in values.items() if not _is_vector(value)}
+    def vector(self, axes: str = "xyz", /, **values: object) -> bool:
+        """Return whether all `values` are a finite number for each of the axes; add a fault for each that is not."""
+        bad = {name: value for name, value in values.items() if not _is_vector(value, len(axes))}
+        count = {2: "two", 3: "three"}[len(axes)]
         for name, value in bad.items():
-            self.add(f"{name} = {as_given(value)} must be three numbers (x, y, z) in m")
+            self.add(f"{name} = {as_given(value)} must be {count} numbers ({', '.join(axes)}) in m")
         return not bad
 
     def positive(self, unit: str = "m", /, **values: object) -> bool:
@@ -199,9 +200,9 @@ def _is_list(value: object, fits: Callable[[object], bool]) -> bool:
     return all(fits(each) for each in value)
 
 
-def _is_vector(value: object) -> bool:
+def _is_vector(value: object, count: int) -> bool:
     parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
-    return len(parts) == 3 and all(math.isfinite(_number(part)) for part in parts)
+    return len(parts) == count and all(math.isfinite(_number(part)) for part in parts)
 
 
 def _is_count(value: object, least: int) -> bool:

@@ -2,17 +2,47 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import ParamSpec
 
 import numpy as np
 
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.parameters import Checks
 
 Point = tuple[float, float]
+Given = ParamSpec("Given")
+IN_DEGREES = ("angle", "dip", "upstream", "downstream")
 
 
+def _checked(shape: Callable[Given, FloatArray]) -> Callable[Given, FloatArray]:
+    """Return a shape that refuses values of another kind than its parameters have, before it takes them."""
+    signature = inspect.signature(shape)
+
+    @functools.wraps(shape)
+    def checked(*args: Given.args, **kwargs: Given.kwargs) -> FloatArray:
+        checks = Checks(shape.__name__)
+        for name, value in signature.bind_partial(*args, **kwargs).arguments.items():
+            kind = signature.parameters[name].annotation
+            if kind == "Point":
+                checks.vector("xy", **{name: value})
+            elif kind == "int":
+                checks.count(**{name: value})
+            elif kind == "float" or (kind == "float | None" and value is not None):
+                checks.number("degrees" if name in IN_DEGREES else "m", **{name: value})
+            elif kind.startswith("Sequence"):
+                checks.points(2, **{name: value})
+        checks.raise_faults()
+        return shape(*args, **kwargs)
+
+    return checked
+
+
+@_checked
 def rectangle(left: float, bottom: float, right: float, top: float) -> FloatArray:
     """Return a rectangle: a model's frame, a box tunnel, a stope, a stage.
 
@@ -25,6 +55,7 @@ def rectangle(left: float, bottom: float, right: float, top: float) -> FloatArra
     return np.array([(left, bottom), (right, bottom), (right, top), (left, top)], dtype=np.float64)
 
 
+@_checked
 def circle(radius: float, centre: Point = (0.0, 0.0), sides: int = 48) -> FloatArray:
     """Return a regular polygon with its corners on a circle, the first at the right.
 
@@ -49,6 +80,7 @@ def circle(radius: float, centre: Point = (0.0, 0.0), sides: int = 48) -> FloatA
     return _at(centre, _arc(radius, 0.0, 2 * math.pi, max(3, sides))[:-1])
 
 
+@_checked
 def horseshoe(width: float, height: float, base: Point = (0.0, 0.0), sides: int = 24) -> FloatArray:
     """Return a horseshoe: upright walls under a semicircle over the whole width.
 
@@ -73,6 +105,7 @@ def horseshoe(width: float, height: float, base: Point = (0.0, 0.0), sides: int 
     return _at(base, np.concatenate([[(-width / 2, 0.0), (width / 2, 0.0)], crown]))
 
 
+@_checked
 def vaulted_box(width: float, height: float, rise: float, base: Point = (0.0, 0.0), sides: int = 12) -> FloatArray:
     """Return a box under an arc of a circle: a cavern, a stope with an arched back, a door.
 
@@ -97,6 +130,7 @@ def vaulted_box(width: float, height: float, rise: float, base: Point = (0.0, 0.
     return _at(base, np.concatenate([[(-width / 2, 0.0), (width / 2, 0.0)], arc]))
 
 
+@_checked
 def stope(width: float, height: float, dip: float, base: Point = (0.0, 0.0)) -> FloatArray:
     """Return a stope in an inclined vein: level floor and back, walls at the dip.
 
@@ -117,6 +151,7 @@ def stope(width: float, height: float, dip: float, base: Point = (0.0, 0.0)) -> 
     return _at(base, np.array([(-half, 0.0), (half, 0.0), (half + lean, height), (-half + lean, height)]))
 
 
+@_checked
 def slope(
     height: float,
     angle: float,
@@ -167,6 +202,7 @@ def slope(
     return _at(toe, np.array([*frame, *reversed(face)]))
 
 
+@_checked
 def dam(
     height: float, crest: float, *, upstream: float = 90.0, downstream: float = 52.0, heel: Point = (0.0, 0.0)
 ) -> FloatArray:
@@ -193,6 +229,7 @@ def dam(
     return _at(heel, np.array([(0.0, 0.0), (right, 0.0), (left + crest, height), (left, height)]))
 
 
+@_checked
 def band(line: Sequence[Point] | FloatArray, width: float) -> FloatArray:
     """Return a zone of constant width along a line: a shear zone, a dyke, a weak layer.
 
@@ -231,6 +268,6 @@ def _arc(radius: float, start: float, end: float, sides: int) -> FloatArray:
 
 
 def _positive(shape: str, **values: float) -> None:
-    bad = {name: value for name, value in values.items() if not (math.isfinite(value) and value > 0)}
+    bad = {name: value for name, value in values.items() if not value > 0}
     if bad:
         raise GeometryError([f"{shape}: {name} = {value:g} must be above 0" for name, value in bad.items()])

@@ -65,6 +65,11 @@ def test_areas_of_slopes_dams_and_zones() -> None:
         (lambda: vaulted_box(4, 8, 3), r"rise = 3 must be at most half the width"),
         (lambda: slope(10, 100), r"must be at most 90 degrees"),
         (lambda: circle(-1), r"radius = -1"),
+        (lambda: circle("2 m"), r"circle: radius = '2 m' is not a finite number; give radius in m"),
+        (lambda: circle(2, centre=(np.nan, 0)), r"centre = \(nan, 0\) must be two numbers \(x, y\) in m"),
+        (lambda: slope(10, 60, benches=1.5), r"benches = 1.5 is not a whole number of at least 1"),
+        (lambda: stope(3, 20, "steep"), r"dip = 'steep' is not a finite number; give dip in degrees"),
+        (lambda: band([(0, 0)], 2), r"band: line = .* is no line of points"),
     ],
 )
 def test_impossible_shapes_are_said(make: object, says: str) -> None:

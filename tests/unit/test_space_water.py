@@ -12,7 +12,7 @@ from bsm_mesh.certificate.verify_certificate import check_stage
 from bsm_mesh.geometries import three_d
 from bsm_mesh.model.water import WATER
 from bsm_mesh.three_d.water import WaterOnPolyhedra
-from tests.scenes.polyhedra import box, model_in_space, on_incline
+from tests.scenes.polyhedra import box, model_in_space, on_incline, rotation, turned
 from tests.scenes.rock_3d import planes
 from tests.scenes.small_case import Case
 from tests.unit.test_space_run import SLOPE
@@ -63,12 +63,15 @@ def test_half_in_water_a_block_is_lifted_by_what_is_wet(depth):
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("beyond", [0, 2])
 @pytest.mark.parametrize(("share", "status"), [(0.99, "stable"), (1.01, "unstable")])
-def test_a_pressure_in_the_joint_lets_a_block_slide(share, status):
-    """At 20 degrees: W sin = (W cos - p A) tan phi."""
+def test_a_pressure_in_the_joint_lets_a_block_slide(share, status, beyond):
+    """At 20 degrees: W sin = (W cos - p A) tan phi; on ground of the block's size, and of more."""
     dip, friction = np.radians(20), np.radians(30)
     limit = 26e3 * (np.cos(dip) - np.sin(dip) / np.tan(friction))
-    model = on_incline(20).replace(water=bsm.Water(joint_pressure={"J1": share * limit}))
+    solids = [box((-beyond, -beyond, -1), (1 + beyond, 1 + beyond, 0)), box((0, 0, 0), (1, 1, 1))]
+    water = bsm.Water(joint_pressure={"J1": share * limit})
+    model = model_in_space(turned(solids, rotation(0.0, 20)), water=water)
     results = bsm.run(model, OPTIONS)
     assert results.status == status
     stage = results.stages[-1]
