@@ -87,7 +87,7 @@ class Evidence(Portable):
     water_part_block : (q, 2) int32 or None
         Blocks a and b that touch on parts of faces with a pressure of their own.
     water_part_corner, water_part_offsets : (k, 3) float64 [m], (q + 1,) int32 or None
-        Corners of these parts as given, counter-clockwise seen from within a, and where those of each begin.
+        Corners of these parts as given, counter-clockwise from within a; where those of each begin.
     water_part_pressure : (q,) float64 or None [Pa]
         The pressure.
     outline : (q, 2) float64 or None [m]

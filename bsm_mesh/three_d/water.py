@@ -21,9 +21,9 @@ DRY = 1e9  # m: a plane so far below is none
 class WaterOnPolyhedra:
     """The water of a model of polyhedra.
 
-    The pressure of a plane acts normal to every face, outer ones too, where the blocks have come to. Triangles are cut
-    where they leave the water, so that forces and moments are exact. The pressure of a joint replaces that of the plane
-    on faces that blocks share, and on the parts of faces on which they touch as given.
+    The pressure of a plane acts normal to every face, outer ones too, at the present position of the blocks. Triangles
+    are cut where they leave the water, so that forces and moments are exact. On faces that blocks share, the pressure
+    of the joint replaces that of the plane. So it does on parts of faces on which blocks touch as given.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class WaterOnPolyhedra:
         self.own = own[face[row]]
 
     def _add_parts(self, parts: ContactPolygons, own: FloatArray) -> None:
-        """Add the pressures (q,) on parts of faces, and take away there what the plane exerts on the whole face."""
+        """Add the pressures (q,) on parts of faces, and subtract that of the plane there."""
         corner, polygon = fan_triangles(parts.offsets)
         points = parts.corners[corner]
         into_a = cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]) / 2

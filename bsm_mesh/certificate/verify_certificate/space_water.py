@@ -42,7 +42,7 @@ def forces(a: Arrays) -> Any:
 
 
 def on_parts(a: Arrays) -> Any:
-    """Return the same of parts of faces with a pressure of their own, less what the plane exerts there, (n, 6)."""
+    """Return the same of parts of faces with a pressure of their own, less that of the plane there, (n, 6)."""
     slope_x, slope_y, level, weight = a["water_plane"]
     total, offsets = np.zeros_like(a["water"]), a["water_part_offsets"]
     for part, pair in enumerate(a["water_part_block"]):
