@@ -128,8 +128,8 @@ def _acting(model: Model) -> dict[str, Any]:
 
 def _acting_in_space(model: Model) -> dict[str, Any]:
     """Return loads and water on polyhedra as given: fields of `StageResult`."""
-    from bsm_mesh.three_d.loads import ExternalLoads
-    from bsm_mesh.three_d.water import joint_water
+    from bsm_mesh.three_d.loads.external import ExternalLoads
+    from bsm_mesh.three_d.loads.water import joint_water
 
     external, given = ExternalLoads(model), np.zeros((model.blocks.count, 6))
     water, _ = external.water.on_blocks(given)

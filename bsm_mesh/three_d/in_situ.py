@@ -11,9 +11,9 @@ from bsm_mesh.contact.in_situ import beyond_strength
 from bsm_mesh.model.model import Model
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
 from bsm_mesh.three_d.contacts.history import PointHistory
+from bsm_mesh.three_d.loads.water import joint_water
 from bsm_mesh.three_d.step.block_system import BlockSystem
 from bsm_mesh.three_d.stress_field import SpaceStress
-from bsm_mesh.three_d.water import joint_water
 
 
 def in_situ_history(model: Model) -> tuple[PointHistory, tuple[str, ...]]:

@@ -16,9 +16,9 @@ from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.stages.scheme import Outcome
 from bsm_mesh.three_d.contacts.history import faces_of
 from bsm_mesh.three_d.evidence import evidence_of
+from bsm_mesh.three_d.loads.water import joint_water
 from bsm_mesh.three_d.point_forces import PointForces3D
 from bsm_mesh.three_d.step.block_system import BlockSystem
-from bsm_mesh.three_d.water import joint_water
 
 
 def outcome_of(

@@ -11,7 +11,7 @@ from bsm_mesh.certificate.certificate import certificate, certificate_arrays
 from bsm_mesh.certificate.verify_certificate import check_stage
 from bsm_mesh.geometries import three_d
 from bsm_mesh.model.water import WATER
-from bsm_mesh.three_d.water import WaterOnPolyhedra
+from bsm_mesh.three_d.loads.water import WaterOnPolyhedra
 from tests.scenes.polyhedra import box, model_in_space, on_incline, rotation, turned
 from tests.scenes.rock_3d import planes
 from tests.scenes.small_case import Case

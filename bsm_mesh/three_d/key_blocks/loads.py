@@ -11,9 +11,9 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water import Water
-from bsm_mesh.three_d.loads import ExternalLoads
+from bsm_mesh.three_d.loads.external import ExternalLoads
+from bsm_mesh.three_d.loads.water import WaterOnPolyhedra
 from bsm_mesh.three_d.model.parts import some_polyhedra
-from bsm_mesh.three_d.water import WaterOnPolyhedra
 
 
 class RockLoads:

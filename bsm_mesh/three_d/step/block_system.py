@@ -31,7 +31,7 @@ from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.renewal import SLID, Renewal, points_apart, touching_points
 from bsm_mesh.three_d.contacts.rotations import moved_by, movement_between
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
-from bsm_mesh.three_d.loads import ExternalLoads
+from bsm_mesh.three_d.loads.external import ExternalLoads
 
 
 class BlockSystem(System):

@@ -9,7 +9,7 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.movements import cross, turned
-from bsm_mesh.three_d.water import WaterOnPolyhedra
+from bsm_mesh.three_d.loads.water import WaterOnPolyhedra
 
 
 class ExternalLoads:

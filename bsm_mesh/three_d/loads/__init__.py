@@ -1,0 +1,1 @@
+"""What acts on polyhedra from outside: weights, loads, water."""
