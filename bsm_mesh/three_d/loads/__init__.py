@@ -1,1 +1,1 @@
-"""What acts on polyhedra from outside: weights, loads, water."""
+"""Weights, given loads and water on polyhedra."""
