@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bsm_mesh.errors import ModelError, as_given, nearest
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.strength import joints_and_rocks_at, resolved
@@ -61,11 +62,15 @@ def water_in_stage(model: Model, number: int) -> Water | None:
     return next((stage.water for stage in reversed(stages) if stage.water is not None), model.water)
 
 
+def bolts_in_stage(model: Model, number: int) -> list[Bolt]:
+    """Return the bolts that a stage and those before it install, of so many stages; 0: those there from the start."""
+    there = [None, *(stage.name for stage in model.stages[:number])]
+    return [bolt for bolt in model.bolts if bolt.stage in there]
+
+
 def model_up_to(model: Model, number: int) -> Model:
     """Return a model with its first stages, so many, without the record and the bolts that later ones install."""
-    stages = model.stages[:number]
-    there = [None, *(stage.name for stage in stages)]
-    bolts = [bolt for bolt in model.bolts if bolt.stage in there]
+    stages, bolts = model.stages[:number], bolts_in_stage(model, number)
     return model.replace(stages=stages, bolts=bolts, histories=())  # which may be of bolts that are not there
 
 

@@ -128,3 +128,37 @@ def test_limit_analysis_is_asked_only_where_blocks_moved_or_slipped():
     assert list(notes_on_given_position(sliding.model, moving, never)) == []
     asked = list(notes_on_given_position(sliding.model, sliding.stages[-1], lambda blocks: Proof(text="none")))
     assert asked == []
+
+
+def weakened(bolt_stage: str | None, zones: bsm.Zones | None = None) -> bsm.Results:
+    """Return the block at 40 degrees on a joint of 45, of 20 in the stage 'weak': a stop or a bolt then holds it."""
+    base, block, stop = rectangle(-4, -1, 4, 0), rectangle(0, 0, 2, 1), rectangle(-2 - GAP, 0, -GAP, 1)
+    head, tip = turned(np.array([(1.0, 1.0), (2.5, -0.5)]), 40.0)
+    bolt = bsm.Bolt(start=tuple(head), end=tuple(tip), kind="end_anchored", diameter=0.02, stiffness=5e6)
+    polygons = [base, block] if bolt_stage is None else [base, block, stop]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([turned(each, 40.0) for each in polygons], rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3, young=20e9, poisson=0.25, zones=zones)],
+        joints=[bsm.Joint("bed", 1e9, 1e9, law=bsm.MohrCoulomb(friction=45))],
+        default_joint="bed",
+        supports=[bsm.Fixed(blocks=[0, 2] if bolt_stage else [0])],
+        bolts=[replace(bolt, stage=bolt_stage)],
+        stages=[bsm.Stage("weak", strength={"bed": np.tan(np.radians(20))}), bsm.Stage("bolted")],
+    )
+    return bsm.run(model, CONTINUATION)
+
+
+def test_bolts_of_a_later_stage_do_not_hide_the_movement():
+    """It slides to the stop in the stage 'weak', before the bolt is there; of the next stage nothing is asked."""
+    results = weakened("bolted")
+    given = [[note for note in stage.notes if PROVED in note] for stage in results.stages]
+    assert [len(each) for each in given] == [0, 1, 0]
+
+
+@pytest.mark.heavy
+def test_zones_that_a_bolt_holds_are_not_proved_to_move():
+    """The model of a stage that changes strength has no bolts of its own: those of the whole model count."""
+    stage = weakened(None, bsm.Zones(size=1.0, displacement="large")).stages["weak"]
+    assert stage.status == "stable"
+    assert stage.max_stage_displacement > GAP
+    assert [note for note in stage.notes if "cannot be at rest" in note] == []

@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.bolt_layout import cut_bolts
 from bsm_mesh.model.falls import Falls
-from bsm_mesh.model.in_stage import model_in_stage, model_up_to, resting_stage
+from bsm_mesh.model.in_stage import bolts_in_stage, model_in_stage, model_up_to, resting_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, presence
@@ -46,10 +46,9 @@ def as_built(model: Model) -> SubModel:
             forces.append(pressure_on_new_faces(model.blocks, stays, leaves, stage.pressure))
         forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
         water = water if stage.water is None else stage.water
-    there = [None, *(stage.name for stage in model.stages)]
     changed = model_in_stage(model, len(model.stages))
     part = submodel_of(changed, here[-1], bars_of(model.supports, model.blocks), concatenate(forces), water)
-    installed = [bolt for bolt in model.bolts if bolt.stage in there]
+    installed = bolts_in_stage(model, len(model.stages))
     bolts = [replace(bolt, stage=None) for bolt in cut_bolts(installed, model.blocks, model.stages, here[-1])]
     return replace(part, model=part.model.replace(bolts=bolts))
 

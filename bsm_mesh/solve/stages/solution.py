@@ -12,6 +12,7 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.flow.coupling import FlowCoupling, FlowState
 from bsm_mesh.model.falls import Falls
+from bsm_mesh.model.in_stage import bolts_in_stage
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
@@ -274,7 +275,7 @@ class StageSolution:
     def _proof(self, down: IntArray) -> Proof:
         """Return what limit analysis says of the blocks that are there, of which some (k,) fall."""
         run, state = self._run, self._state
-        bolts = run.model.bolts
+        bolts = bolts_in_stage(run.model, self._number)
         if self._number and run.model.stages[self._number - 1].shaking is not None:
             return OF_SHAKEN
         if bolts and self._number:
@@ -283,8 +284,7 @@ class StageSolution:
         if moved > CONTACT_TOLERANCE * run.model.blocks.moments.median_size:
             return Proof(text=f"no proof was sought: blocks moved by {moved:.3g} m before")
         part = self._submodel()
-        there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
-        proof = run.watchers.prove(there, np.searchsorted(part.block, down).astype(np.int32))
+        proof = run.watchers.prove(part.model.replace(bolts=bolts), np.searchsorted(part.block, down).astype(np.int32))
         return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 
     def _watch(self, part: SubModel) -> Observer:

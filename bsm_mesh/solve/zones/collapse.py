@@ -14,6 +14,8 @@ import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
+from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.in_stage import bolts_in_stage
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import bars_of
@@ -101,9 +103,10 @@ def _asked(of: Continuum, end: StageEnd, stage: StageResult, number: int, prove:
     """Return what limit analysis says of the blocks that are there, of which some (k,) fall."""
     if stage.shaking is not None:
         return OF_SHAKEN
-    if end.model.bolts and number:
+    bolts = bolts_in_stage(of.model, number)  # a model whose strength or gravity a stage changed has none
+    if bolts and number:
         return LATER_BOLTS
-    part = _submodel(of, end, stage)
+    part = _submodel(of, end, stage, bolts)
     proof = prove(part.model, np.searchsorted(part.block, down).astype(np.int32))
     return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 
@@ -115,8 +118,8 @@ def _moving(velocity: FloatArray, gyration: FloatArray) -> IntArray:
     return named
 
 
-def _submodel(of: Continuum, end: StageEnd, stage: StageResult) -> SubModel:
-    """Return the blocks that are there, as rigid ones under the forces of the stage."""
+def _submodel(of: Continuum, end: StageEnd, stage: StageResult, bolts: list[Bolt]) -> SubModel:
+    """Return the blocks that are there, as rigid ones under the forces of the stage, with bolts."""
     given = stage.evidence
     assert given is not None
     assert given.load_block is not None
@@ -125,4 +128,4 @@ def _submodel(of: Continuum, end: StageEnd, stage: StageResult) -> SubModel:
     forces = PointForces(block=given.load_block, point=given.load_point, force=given.load_force)
     water = None if end.water is None else end.water.load.water
     part = submodel_of(end.model, end.present, bars_of(of.model.supports, of.model.blocks), forces, water)
-    return replace(part, model=part.model.replace(bolts=[bolt for bolt in end.model.bolts if bolt.stage is None]))
+    return replace(part, model=part.model.replace(bolts=bolts))
