@@ -125,12 +125,19 @@ def _keeping_lengths(history: History, found: Candidates, *, always: bool) -> Ca
 
 
 def _anchors(history: History, found: Candidates, fresh: BoolArray) -> dict[str, FloatArray]:
-    """Return the tangential coordinates of the shear force, and of first contact, (m,) each [m]."""
-    heir = (found.history < 0) & (found.predecessor >= 0)
-    anchor = np.where(fresh | heir, found.tangential, np.nan)
-    kept = history.tangential, history.first_tangential
-    old_tangential, first_tangential = (remembered(values, found.history, anchor) for values in kept)
-    return {"old_tangential": old_tangential, "first_tangential": first_tangential}
+    """Return the tangential coordinates of the shear force, and of first contact, (m,) each [m].
+
+    An heir continues the slip of its predecessor: that has one sign from both sides of a joint.
+    """
+    heir = np.flatnonzero((found.history < 0) & (found.predecessor >= 0))
+    anchor = np.where(fresh, found.tangential, np.nan)
+    anchor[heir] = found.tangential[heir]
+    first = anchor.copy()
+    first[heir] -= (history.tangential - history.first_tangential)[found.predecessor[heir]]
+    return {
+        "old_tangential": remembered(history.tangential, found.history, anchor),
+        "first_tangential": remembered(history.first_tangential, found.history, first),
+    }
 
 
 def _offsets_of_open(history: History, found: Candidates) -> FloatArray:

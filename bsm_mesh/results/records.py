@@ -71,7 +71,7 @@ class ContactForces(Portable):
     normal_force, shear_force : (m,) float64 [N/m]
         On `block_b` acts ``normal_force * n + shear_force * t``, on `block_a` its negative; tension positive.
     opening, slip : (m,) float64 [m]
-        Displacement of a relative to b along n and t since the start.
+        Displacement of a relative to b along n and t since the start; slip of faces that met later, since then.
     status : (m,) int8
         `ContactStatus`.
     utilisation : (m,) float64

@@ -121,3 +121,23 @@ def test_on_request(case: Case) -> None:
     assert [one["name"] for one in told["joints"]] == ["J1", "unjointed rock"]
     case.write("model.toml", MODEL.replace(JOINT, JOINT.replace("friction = 35\n", "")) + LINEAR)
     assert "mean pressure" not in case.run("run", "model.toml").out
+
+
+@pytest.mark.parametrize("direction", [0, 180])
+def test_a_face_slips_as_far_as_its_block_whichever_corners_carry_it(direction: int) -> None:
+    """A block 8 m long is pushed 20 mm along a plane: the contact at one end passes on to the other block's corner."""
+    base, block = [(-30, -6), (30, -6), (30, 0), (6, 0), (-2, 0), (-30, 0)], rectangle(-2, 0, 6, 3)
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([base, block], rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=28e3)],
+        joints=[bsm.Joint("bed", 2e9, 1e9, law=bsm.MohrCoulomb(friction=12))],
+        default_joint="bed",
+        supports=[
+            bsm.Fixed(blocks=[0]),
+            bsm.PrescribedDisplacement(blocks=[1], direction=direction, displacement=0.02),
+        ],
+    )
+    stage = bsm.run(model).stages[-1]
+    right, _, turn = stage.displacement[1]
+    assert abs(right) == pytest.approx(0.02)
+    assert stage.contacts.slip == pytest.approx([-(right + 1.5 * turn)] * 2, abs=1e-9)  # of its base, left positive
