@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh import space
 from bsm_mesh.errors import counted
+from bsm_mesh.model.bolt_voids import of_bolts_across_voids
 from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faces import count_faces
 from bsm_mesh.model.faint_strength import of_faint_strength
@@ -58,6 +59,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *of_what_is_held(model),
         *unused_in(model),
         *of_single_bolts(model),
+        *of_bolts_across_voids(model),
         *of_weights(rocks),
         *(of_unlimited(model, rocks, joints) if fails else ()),
         *of_strength(rocks, joints),
@@ -113,7 +115,8 @@ def of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]
     for rock in rocks:
         if rock.law is not None:
             yield from _beyond_apex(f"rock '{rock.name}'", rock.tensile_strength or 0.0, rock.law.cohesion, rock.law)
-            yield from _kept_cohesion(f"rock '{rock.name}'", rock.law)
+            if not rock.yields:  # zones that yield take no residual strength
+                yield from _kept_cohesion(f"rock '{rock.name}'", rock.law)
 
 
 def of_idle_rocks(model: Model, rocks: Sequence[Rock]) -> Iterator[str]:
@@ -333,8 +336,14 @@ def _of_levels(model: Model) -> Iterator[str]:
 
 
 def of_stages(model: Model) -> Iterator[str]:
-    """Say that the first stage changes nothing."""
+    """Say that the first stage changes nothing, and which stages have a relaxation without effect."""
     installs = {bolt.stage for bolt in model.bolts}
+    held = False
+    for stage in model.stages:
+        if stage.relaxation != (1.0,) and not (stage.excavate or held):
+            why = "nothing is excavated, and no stage before holds forces"
+            yield f"stage '{stage.name}': relaxation has no effect: {why}"
+        held = stage.relaxation[-1] < 1
     for stage in model.stages[:1]:  # a later one may release what the former held
         grounds = stage.excavate or stage.fill or stage.loads or stage.water is not None or stage.flow is not None
         acts = stage.gravity is not None or stage.shaking is not None

@@ -182,11 +182,35 @@ def test_strength_is_small_beside_the_weight_of_blocks() -> None:
             {"bolts": [bsm.Bolt(start=(0.5, 1.8), end=(0.5, 0.2), diameter=0.025)]},
             "1 bolt without yield_strength: the steel never yields, whatever it carries",
         ),
+        (
+            {
+                "bolts": [bsm.Bolt(start=(0.5, 0.5), end=(1.5, 1.3), diameter=0.02, yield_strength=5e8, stage="cut")],
+                "stages": [bsm.Stage("cut", excavate=[[(1, 0), (2, 0), (2, 1), (1, 1)]])],
+            },
+            "bolt 1 from (0.5, 0.5) to (1.5, 1.3) crosses 0.1601 m without rock where it is installed",
+        ),
+        (
+            {"stages": [bsm.Stage("quake", gravity=(0.1, 0.0), relaxation=[0.6]), bsm.Stage("after")]},
+            "stage 'quake': relaxation has no effect: nothing is excavated, and no stage before holds forces",
+        ),
     ],
 )
 def test_what_is_noted(changes: dict[str, object], words: str) -> None:
     (note,) = notes_of(PLAIN.replace(**changes))
     assert words in note
+
+
+def test_a_relaxation_that_releases_forces_of_the_stage_before_is_no_slip() -> None:
+    cut = bsm.Stage("cut", excavate=[[(1, 1), (2, 1), (2, 2), (1, 2)]], relaxation=[0.5])
+    assert notes_of(PLAIN.replace(stages=[cut, bsm.Stage("more", relaxation=[0.8])])) == []
+
+
+def test_zones_that_yield_are_not_told_to_take_a_residual_strength() -> None:
+    """They refuse one; elastic zones of the same rock have faces that slip."""
+    rock = bsm.Rock("rock", unit_weight=26e3, young=1e9, poisson=0.2, cohesion=1e5, friction=20)
+    elastic = notes_of(PLAIN.replace(rocks=[replace(rock, zones=bsm.Zones(size=1.0))]))
+    assert any("give residual_cohesion = 0" in note for note in elastic)
+    assert notes_of(PLAIN.replace(rocks=[replace(rock, zones=bsm.Zones(size=1.0, law="mohr_coulomb"))])) == []
 
 
 def test_ground_above_the_model_that_a_load_stands_for_is_no_slip() -> None:

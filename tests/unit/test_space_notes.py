@@ -32,6 +32,11 @@ NOTED = {
         "joints": [replace(ELASTIC, law=bsm.MohrCoulomb(friction=30), aperture=1e-4)]
     },
     "1 bolt without yield_strength": {"bolts": [bsm.Bolt(start=(0.5, 0.5, 1.9), end=(0.5, 0.5, 0.2), diameter=0.02)]},
+    "bolt 1 from (0.5, 0.5, 2.9) to (0.5, 0.5, 0.2) crosses 1 m without rock": {
+        "blocks": model_in_space([box((0, 0, k), (1, 1, k + 1)) for k in range(3)]).blocks,
+        "bolts": [bsm.Bolt(start=(0.5, 0.5, 2.9), end=(0.5, 0.5, 0.2), diameter=0.02, yield_strength=5e8, stage="cut")],
+        "stages": [bsm.Stage("cut", excavate=[1])],
+    },
     "in_situ: the surface lies 3 m above the top": {"in_situ": bsm.InSitu(surface=5.0)},
     "in_situ: 1 block above the surface": {"in_situ": bsm.InSitu(surface=1.0)},
     "in_situ: stress does not balance the weights": {"in_situ": bsm.InSitu(stress={"zz": -1e6, "xx": 0, "yy": 0})},

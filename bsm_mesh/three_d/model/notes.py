@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import nearest, place
+from bsm_mesh.model.bolt_voids import of_bolts_across_voids
 from bsm_mesh.model.excavated_water import of_water_on_excavations
 from bsm_mesh.model.faint_strength import of_faint_strength
 from bsm_mesh.model.kinds import in_space
@@ -52,6 +53,7 @@ def notes_in_space(model: Model) -> list[str]:
         *of_idle_apertures(model, joints),
         *of_unlimited(model, rocks, joints),
         *of_single_bolts(model),
+        *of_bolts_across_voids(model),
         *of_unusual(model, rocks, joints),
         *of_faint_strength(model, rocks, joints),
         *_of_water(model),
