@@ -10,7 +10,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.quantity import Quantity
 from bsm_mesh.modelfile.mesh_tables import Table
-from bsm_mesh.modelfile.units import Each
+from bsm_mesh.modelfile.units import AtAnyDepth, Each
 
 PART = re.compile(r'"([^"]+)"|([^."]+)')
 PARTS = re.compile(rf"(?:{PART.pattern})(?:\.(?:{PART.pattern}))*")
@@ -62,6 +62,9 @@ def _type_of(schema: Any, place: Any, part: str, way: str, key: str) -> Any:
     """Return the type of the values of a key's part; raise where the table has no such key."""
     for each in _said_of(schema, (Each,)):
         return Annotated[float, each.quantity]
+    for deep in _said_of(schema, (AtAnyDepth,)):
+        is_number = isinstance(place, list) and not isinstance(place[_entry(place, part, way, key)], list)
+        return Annotated[float, deep.quantity] if is_number else Annotated[Any, deep]
     schema = _bare(schema)
     if _is_table(schema):
         fields = schema.by_key()

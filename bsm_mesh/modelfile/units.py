@@ -18,6 +18,13 @@ class Each:
     quantity: Quantity
 
 
+@dataclass(frozen=True, slots=True)
+class AtAnyDepth:
+    """Quantity of every number in lists of lists, as of points and of lines."""
+
+    quantity: Quantity
+
+
 def components(quantity: Quantity, axes: str, told: str = "") -> Any:
     """Return the pydantic type of a vector or point, a number for each of the axes such as "xy"."""
     count, names = {2: "two", 3: "three"}[len(axes)], ", ".join(axes)
@@ -102,9 +109,13 @@ def _level(value: object) -> Any:
 
 _POINTS = {"type": "array", "items": {"type": "array", "items": schema_of(COORDINATE), "minItems": 2, "maxItems": 2}}
 LINES_SCHEMA: dict[str, Any] = {"anyOf": [_POINTS, {"type": "array", "items": _POINTS}]}
-Lines = Annotated[Any, PlainValidator(lines_of), WithJsonSchema(LINES_SCHEMA)]
+Lines = Annotated[Any, AtAnyDepth(COORDINATE), PlainValidator(lines_of), WithJsonSchema(LINES_SCHEMA)]
 Level = Annotated[
-    Any, COORDINATE, PlainValidator(_level), WithJsonSchema({"anyOf": [*schema_of(COORDINATE)["anyOf"], _POINTS]})
+    Any,
+    COORDINATE,
+    AtAnyDepth(COORDINATE),
+    PlainValidator(_level),
+    WithJsonSchema({"anyOf": [*schema_of(COORDINATE)["anyOf"], _POINTS]}),
 ]
 
 

@@ -239,3 +239,23 @@ def test_numbers_that_the_model_does_not_have(varied: Variation, name: str, says
 def test_ends_of_a_search_are_no_whole_numbers(varied: Variation) -> None:
     with pytest.raises(ModelError, match="is a whole number, between two of which"):
         varied.ends("solver.max_steps", [10, 20])
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("water.table.2.2", "m"),
+        ("stage.crown.water.table.1.2.1", "m"),  # of several tables
+        ("in_situ.surface.1.2", "m"),
+        ("in_situ.surface", "m"),
+        ("water.table.2", ""),  # a point is no number
+    ],
+)
+def test_coordinates_in_lists_of_points_have_their_unit(case: Case, key: str, unit: str) -> None:
+    stages = STAGES.replace("[0.5, 1.0]", "[0.5, 1.0]\nwater = { table = [[[0, 1], [2, 1]], [[0, 3], [2, 4]]] }")
+    ground = '[water]\ntable = [[0, 1], ["6 ft", 2]]\n[in_situ]\nsurface = [[0, "7 ft"], [2, 2]]\n'
+    case.write("model.toml", MODEL + ground + stages)
+    varied = Variation(Path("model.toml"))
+    assert varied.unit(key) == unit
+    if key == "water.table.2.2":
+        assert varied.ends(key, ["1 ft", 2.0]) == pytest.approx((0.3048, 2.0))
