@@ -13,8 +13,9 @@ from bsm_mesh.table_rows import Rows, read_rows
 
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 ACCELERATIONS = {"m/s2": 1.0, "m/s^2": 1.0, "g": GRAVITY, "cm/s2": 0.01, "cm/s^2": 0.01, "gal": 0.01, "mm/s2": 1e-3}
+ACCELERATIONS |= {"%g": 0.01 * GRAVITY, "ft/s2": 0.3048, "ft/s^2": 0.3048, "in/s2": 0.0254, "in/s^2": 0.0254}
 STRESSES = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
-VELOCITIES = {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3}
+VELOCITIES = {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3, "ft/s": 0.3048, "in/s": 0.0254}
 UNITS: dict[str, dict[str, float]] = {"acceleration": ACCELERATIONS, "velocity": VELOCITIES, "stress": STRESSES}
 AMPLITUDE = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*")
 STEP = re.compile(r"\bDT\s*=\s*([\d.]+(?:[eE][-+]?\d+)?)", re.IGNORECASE)
@@ -34,9 +35,11 @@ def read_record(path: Path, quantity: MotionQuantity) -> Series:
     rows = read_rows(path, "a record: time and value")
     values = [name for name in rows.names if name in (quantity, "value")]
     if "time" not in rows.names or len(values) != 1:
+        other = [name for name in rows.names if name in UNITS and name != quantity]
+        cure = f"; give quantity = '{other[0]}' if it is of that" if "time" in rows.names and len(other) == 1 else ""
         raise ModelError(
             f"{path}: a record needs the columns 'time' and '{quantity}' (or 'value'); its header has "
-            f"{', '.join(rows.header)}"
+            f"{', '.join(rows.header)}{cure}"
         )
     units = UNITS[quantity]
     faults: list[str] = []

@@ -20,6 +20,9 @@ CSV = "time [s],acceleration [g]\n0.0,0.0\n0.1,0.5\n0.2,-0.25\n"
         ("a.csv", CSV, "acceleration", [0, 0.5 * GRAVITY, -0.25 * GRAVITY]),
         ("b.csv", "Time (ms);Velocity (cm/s)\n0;0,0\n100;1,5\n200;2,0\n", "velocity", [0, 0.015, 0.02]),
         ("c.csv", "time,value\n0,0\n0.1,1\n0.2,2\n", "acceleration", [0, 1, 2]),
+        ("f.csv", "time,acceleration [ft/s^2]\n0,0\n0.1,1\n0.2,2\n", "acceleration", [0, 0.3048, 0.6096]),
+        ("g.csv", "time,acceleration [%g]\n0,0\n0.1,50\n0.2,-25\n", "acceleration", [0, GRAVITY / 2, -GRAVITY / 4]),
+        ("i.csv", "time,velocity [in/s]\n0,0\n0.1,1\n0.2,2\n", "velocity", [0, 0.0254, 0.0508]),
         (
             "d.AT2",
             "PEER\nA\nB\nNPTS= 3, DT= .1000 SEC\n 0.0 .5E+00\n -.25\n",
@@ -40,6 +43,12 @@ def test_records_are_read_in_their_units(tmp_path, name, text, quantity, values)
     ("name", "text", "quantity", "fault"),
     [
         ("a.csv", "t,x\n0,1\n", "acceleration", "needs the columns 'time' and 'acceleration'"),
+        (
+            "v.csv",
+            "time,velocity [m/s]\n0,1\n",
+            "acceleration",
+            r"has time, velocity \[m/s\]; give quantity = 'velocity'",
+        ),
         ("b.csv", "time,acceleration [ft]\n0,1\n1,2\n", "acceleration", "ft"),
         ("c.csv", "time,velocity\n0,x\n1,2\n", "velocity", "no finite number"),
         ("d.at2", "PEER\nA\nB\nNPTS= 3\n0.1\n", "acceleration", "no time step"),
@@ -66,6 +75,7 @@ def amplitude(text, quantity):
         ("-150 gal", "acceleration", -1.5),
         ("1.5e2 cm/s^2", "acceleration", 1.5),
         ("20 cm/s", "velocity", 0.2),
+        ("3 ft/s2", "acceleration", 0.9144),
         ("2 MPa", "stress", 2e6),
         (3.0, "acceleration", 3.0),
     ],
