@@ -37,6 +37,7 @@ from bsm_mesh.pictures.marks import (
     told_count,
 )
 from bsm_mesh.pictures.monitoring import add_monitoring, add_vectors, vectors_beside
+from bsm_mesh.pictures.zone_pictures import draw_deformed_zones
 from bsm_mesh.results.stress import principal_stresses
 from bsm_mesh.text.tables import engineering
 
@@ -153,9 +154,12 @@ def draw_deformation(sheet: Sheet) -> str | None:
     scene = sheet.scene
     if _greatest(sheet, distances(scene.stage.displacement)) <= NOTHING * scene.size:
         return None
-    factor = scene.exaggeration
-    add_paper(sheet, factor)
-    add_joints(sheet, factor)
+    if scene.stage.zones is None:
+        factor = scene.exaggeration
+        add_paper(sheet, factor)
+        add_joints(sheet, factor)
+    else:
+        factor = draw_deformed_zones(sheet)
     sheet.outline(colors="#0072b2", linewidths=1.2, linestyles="--", zorder=3)
     sheet.explain("initial outline", color="#0072b2", linewidth=1.2, linestyle="--")
     told = add_gone(sheet, note="drawn in the initial position")

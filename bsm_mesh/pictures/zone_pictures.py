@@ -6,10 +6,11 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.movements import lengths
-from bsm_mesh.pictures.canvas import Sheet, add_joints, add_outline, add_paper, limits, scaled
+from bsm_mesh.pictures.canvas import ROCKS, Sheet, add_joints, add_outline, add_paper, limits, scaled
 from bsm_mesh.pictures.marks import add_excluded
 from bsm_mesh.results.stress import principal_stresses
 from bsm_mesh.results.zones import ZoneResult
+from bsm_mesh.text.exaggeration import exaggeration
 from bsm_mesh.text.tables import engineering
 
 
@@ -68,6 +69,31 @@ def draw_moved_zones(sheet: Sheet, factor: float) -> None:
     drawn = sheet.polygons(corners, array=zones.plastic_strain, cmap="cividis", edgecolors="face", linewidths=0.1)
     drawn.set_clim(low, high)
     sheet.scale(drawn, "plastic shear strain")
+
+
+def draw_deformed_zones(sheet: Sheet) -> float:
+    """Draw zones by the displacement of their nodes and rigid blocks by their own; return how many times."""
+    scene, zones = sheet.scene, sheet.scene.stage.zones
+    assert zones is not None
+    stays = ~scene.apart
+    greatest = max(zones.max_displacement(scene.stage.present & stays), scene.greatest_movement)
+    factor = exaggeration(greatest, scene.results.blocks, scene.here)
+    rigid = scene.shown[stays[scene.shown] & ~np.isin(scene.shown, zones.block)]
+    cells = zones.cells[stays[zones.block] & np.isin(zones.block, scene.shown)]
+    ring = cells[:, :3] if cells.shape[1] == 3 else cells[:, [0, 3, 1, 4, 2, 5]]
+    points = zones.points + factor * zones.displacement
+    sheet.blocks(rigid, factor, facecolors=ROCKS[0], edgecolors="black", linewidths=0.8)
+    sheet.polygons(list(points[ring]), facecolors=ROCKS[0], edgecolors="face", linewidths=0.2)
+    sheet.lines(points[_rim(ring)], colors="black", linewidths=0.8)
+    return factor
+
+
+def _rim(ring: IntArray) -> IntArray:
+    """Return the sides of triangles that belong to one of them only, (k, 2): joints and outer faces."""
+    sides = np.stack([ring, np.roll(ring, -1, axis=1)], axis=2).reshape(-1, 2)
+    found, count = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
+    rim: IntArray = found[count == 1]
+    return rim
 
 
 def _draw(sheet: Sheet, zones: ZoneResult, chosen: IntArray, values: FloatArray, label: str) -> tuple[str, str]:
