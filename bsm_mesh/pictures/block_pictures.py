@@ -42,6 +42,7 @@ from bsm_mesh.results.stress import principal_stresses
 from bsm_mesh.text.tables import engineering
 
 MOST_GLYPHS = 700  # arrows or crosses, were they spread over all that is seen; more cannot be distinguished
+LONGEST = 0.4  # of the visible part's shorter side: the greatest arrow of few blocks, which else leaves the frame
 NOTHING = 1e-12  # of the model's size: less is no movement
 COMPRESSION, TENSION = "#1f3b73", "#d55e00"
 
@@ -110,7 +111,8 @@ def draw_arrows(sheet: Sheet) -> str | None:
     stays = scene.shown[~scene.apart[scene.shown]]
     chosen = stays[scene.spread(middle(scene, stays), MOST_GLYPHS)]
     values, unit = scaled(np.minimum(size[chosen], greatest), "m")
-    longest = 1.6 * scene.spacing(min(MOST_GLYPHS, len(stays)))
+    x0, y0, x1, y1 = scene.view
+    longest = min(1.6 * scene.spacing(min(MOST_GLYPHS, len(stays))), LONGEST * min(x1 - x0, y1 - y0))
     factor = longest / max(greatest, longest_beside)
     drawn = arrows(sheet, middle(scene, chosen), vectors[chosen] * factor, values, cmap="plasma")
     drawn.set_clim(0, float(values.max(initial=0.0)) or 1.0)

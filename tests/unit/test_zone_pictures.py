@@ -1,4 +1,4 @@
-"""Pictures of blocks with zones: where their nodes moved to."""
+"""Pictures of blocks with zones and of few blocks: where their nodes moved to, and how far arrows reach."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.quiver import Quiver
 
 import bsm_mesh as bsm
 from tests.scenes.shapes import rectangle
@@ -42,3 +43,13 @@ def test_deformation_is_that_of_the_nodes(order: int) -> None:
     assert lowest < factor * results.stages[-1].displacement[0, 1]
     for corner in ((0.0, 0.0), (SPAN, 0.0)):
         assert abs((points - corner)[np.isclose(points[:, 0], corner[0], atol=0.1), 1]).min() < 1e-9
+
+
+def test_the_arrow_of_a_single_block_stays_in_the_frame() -> None:
+    """It was as long as the block is large."""
+    axes = slab(1).plot("displacement_arrows").axes[0]
+    drawn = next(each for each in axes.collections if isinstance(each, Quiver) and each.N == 1 and each.get_cmap())
+    tip = drawn.get_offsets()[0] + (drawn.U[0], drawn.V[0])
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    assert left < tip[0] < right
+    assert low < tip[1] < high
