@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
@@ -131,7 +131,8 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
     factors, others = answers_beside(out, f"{SAFETY}*", ANSWER, digest) if safety is None else ([safety], [])
     limits, of_limits = answers_beside(out, f"{LIMIT}*", ANSWER, digest)
     blocks, of_blocks = answers_beside(out, "key-blocks", RECORD, digest)
-    content["answers"] = [safety_content(each) for each in (*factors, *limits)]
+    order = [stage["name"] for stage in content["stages"]]
+    content["answers"] = [*_in_order(factors, order), *_in_order(limits, order)]
     content["strangers"] = [
         *_of_other_models(content["answers"], digest),
         *(
@@ -143,6 +144,12 @@ def _content(out: Path, progress: Callable[[str], None], *, pictures: bool, safe
     for each in blocks:
         content["key_blocks"] = key_blocks_content(each)
     return content
+
+
+def _in_order(folders: Iterable[Path], order: list[str]) -> list[dict[str, Any]]:
+    """Return the parts of the page on factors or limits, in the order of their stages; of other stages at the end."""
+    found = [safety_content(each) for each in folders]
+    return sorted(found, key=lambda one: order.index(one["stage"]) if one["stage"] in order else len(order))
 
 
 def _of_other_models(answers: list[dict[str, Any]], model_hash: str) -> list[str]:

@@ -59,6 +59,7 @@ def safety_content(folder: Path) -> dict[str, Any]:
         return {
             "title": told["title"],
             "heading": f"{quantity} in stage '{told['stage']}'",
+            "stage": told["stage"],
             "fields": told["report"],
             "model_hash": told["model_hash"],
             "answer": told["answer"],

@@ -6,6 +6,7 @@ import re
 import shutil
 from dataclasses import replace
 from html import escape
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from bsm_mesh.commands.cli import cli
 from bsm_mesh.commands.safety import ask_safety
 from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.folder.verify import Ground
+from bsm_mesh.pages import report as report_page
 from bsm_mesh.pages import report_results
 from bsm_mesh.pages.report_results import PNG, _shown, input_tables
 from bsm_mesh.pictures import plot
@@ -284,6 +286,15 @@ def test_factors_of_stages_are_beside_each_other_under_their_names(answered, tmp
     page = report(run, "--no-pictures")[1]
     headings = re.findall(r"<h2>Factor of safety in stage &#39;(.*?)&#39;</h2>\s*<p><strong>(.*?)</strong>", page)
     assert headings == [("initial", told["answer"]), ("cut", "factor of safety 9")]
+
+
+def test_factors_are_in_the_order_of_the_stages(monkeypatch):
+    """Not in that of their folders' names."""
+    monkeypatch.setattr(report_page, "safety_content", lambda folder: {"stage": folder.name})
+    found = report_page._in_order(
+        [Path("anchors"), Path("initial"), Path("other"), Path("wet")], ["initial", "wet", "anchors"]
+    )
+    assert [one["stage"] for one in found] == ["initial", "wet", "anchors", "other"]
 
 
 @pytest.mark.heavy
