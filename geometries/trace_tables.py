@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.reading import as_path, faults_of_geometry
@@ -116,6 +117,11 @@ def _mapped(
     faults: list[str] = []
     with faults_of_geometry():
         rows = read_rows(file, holds)
+        if "dip_direction" in wanted and "dip_direction" not in rows.names and "strike" in rows.names:
+            raise ModelError(
+                f"{file}: has a column 'strike' and none 'dip_direction'; give dip_direction, which is strike + 90 "
+                "where strikes follow the right-hand rule"
+            )
         columns = rows.columns(*wanted)
         of = rows.columns("set")[0] if set_is_given or "set" in rows.names else None
         factors = [rows.factor(column, wanted[rows.names[column]], "m or deg") for column in columns]

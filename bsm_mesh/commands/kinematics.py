@@ -12,6 +12,7 @@ from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.added_files import AddedFiles
 from bsm_mesh.folder.result_tables import write_table
+from bsm_mesh.model.notes import of_small_angle
 from bsm_mesh.results.tables import ResultTable
 from bsm_mesh.text.tables import percent, print_table
 from bsm_mesh.text.terminal import say, say_json
@@ -53,6 +54,7 @@ def screen_slope(
         raise ModelError(error.faults) from None
     added = AddedFiles(output or table.parent / "out" / table.stem)
     files = _write(added, found, f"{table.stem}: slope {face[0]:g}/{face[1]:03g}, friction {friction:g}", picture)
+    notes = list(of_small_angle("friction", friction))
     if as_json:
         modes = {name: {"possible": count, "of": of} for name, (count, of) in found.modes.items()}
         say_json(
@@ -60,11 +62,14 @@ def screen_slope(
                 "sets": _told_sets(found, means),
                 "intersections": _told_lines(means),
                 "modes": modes,
+                "notes": notes,
                 "files": [str(added.folder.path / name) for name in files],
             }
         )
         return
     _print(found, means)
+    for note in notes:
+        say(f"note: {note}")
     say(f"{', '.join(files)} written to {added.folder.path}")
 
 

@@ -215,12 +215,18 @@ def _of_small_angles(thing: str, owner: Any) -> Iterator[str]:
     """Say which friction angles are so small that they are most likely tangents or radians."""
     for name in ("friction", "residual_friction"):
         angle = getattr(owner, name, None)
-        if isinstance(angle, Real) and 0 < float(angle) < LEAST_FRICTION:
-            given, of_tangent = float(angle), math.degrees(math.atan(angle))
-            yield (
-                f"{thing}: {name} = {given:g} degrees is less than that of any rock or clay. It is an angle in "
-                f"degrees: {of_tangent:.3g} if {given:g} is its tangent, {math.degrees(given):.3g} if it is in radians"
-            )
+        if isinstance(angle, Real):
+            yield from of_small_angle(f"{thing}: {name}", float(angle))
+
+
+def of_small_angle(thing: str, angle: float) -> Iterator[str]:
+    """Say that a friction angle [degrees] is so small that it is most likely a tangent or in radians."""
+    if 0 < angle < LEAST_FRICTION:
+        of_tangent, of_radians = math.degrees(math.atan(angle)), math.degrees(angle)
+        yield (
+            f"{thing} = {angle:g} degrees is less than that of any rock or clay. It is an angle in "
+            f"degrees: {of_tangent:.3g} if {angle:g} is its tangent, {of_radians:.3g} if it is in radians"
+        )
 
 
 def of_unusual_rocks(rocks: Sequence[Rock]) -> Iterator[str]:

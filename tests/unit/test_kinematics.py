@@ -202,3 +202,14 @@ def test_bad_input_of_the_command(case: Case):
     case.refuses("kinematics", "joints.csv", *face, "--friction", "25", says=["dip_direction"])
     case.write("joints.csv", TABLE)
     case.refuses("kinematics", "joints.csv", *face, "--friction", "99", says=["friction = 99 must be from 0 to 90"])
+
+
+def test_a_friction_of_a_tangent_and_a_table_of_strikes_are_told(case: Case) -> None:
+    case.write("joints.csv", TABLE)
+    told = case.run("kinematics", "joints.csv", "--face", "60", "300", "--friction", "0.47", "--no-picture")
+    assert "note: friction = 0.47 degrees is less than that of any rock or clay" in told.out
+    assert "25.2 if 0.47 is its tangent" in told.out
+    case.write("strikes.csv", TABLE.replace("dip_direction", "strike"))
+    refused = case.run("kinematics", "strikes.csv", "--face", "60", "300", "--friction", "25")
+    assert refused.code == 2
+    assert "has a column 'strike' and none 'dip_direction'" in refused.err
