@@ -25,7 +25,7 @@ LETTERS = 11.0  # of the title in an inch
 
 # Told apart by all eyes (Okabe and Ito); pale ones behind lines.
 FALLS, SLIPS, OPENS, HOLDS, WATER, BOLTS = "#d55e00", "#e69f00", "#0072b2", "#9a9a9a", "#56b4e9", "#006d4e"
-SETS = ("#222222", "#0072b2", "#cc79a7", "#009e73", "#8a5a00", "#56b4e9")
+SETS = ("#222222", "#0072b2", "#cc79a7", "#009e73", "#8a5a00", "#882255")
 ROCKS = ("#f4f1ea", "#dcd3bf", "#dfe7ee", "#ece0ea", "#dcebdf", "#cfcfcf")
 NUMBER: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7, "color": "#6b6b6b", "zorder": 2.5}
 LINE, FAINT = "#555555", "#c9c3b4"

@@ -1,4 +1,4 @@
-"""Pictures of blocks with zones and of few blocks: where their nodes moved to, and how far arrows reach."""
+"""Pictures of blocks with zones and of few blocks: where nodes moved to, how far arrows reach, and colours."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.quiver import Quiver
 
 import bsm_mesh as bsm
+from bsm_mesh.pictures.canvas import BOLTS, SETS, WATER
 from tests.scenes.shapes import rectangle
 
 SPAN, DEPTH = 6.0, 0.5  # m
@@ -53,3 +54,8 @@ def test_the_arrow_of_a_single_block_stays_in_the_frame() -> None:
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     assert left < tip[0] < right
     assert low < tip[1] < high
+
+
+def test_no_joint_set_has_the_colour_of_water_or_bolts() -> None:
+    """The sixth set was drawn as the water table."""
+    assert not set(SETS) & {WATER, BOLTS}
