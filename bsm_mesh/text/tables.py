@@ -213,9 +213,10 @@ def _greatest_displacement(results: Results, stage: StageResult) -> str:
     """Return the greatest displacement of the blocks that do not fall."""
     rests = stage.counts
     rests[stage.unstable_blocks] = False
-    size = distances(stage.displacement) * rests
-    of = " (of the other blocks)" if stage.unstable_blocks.size else ""
-    told = f"{engineering(float(size.max()), 'm')}{of}"
+    if stage.unstable_blocks.size and not rests.any():
+        return "not available: all blocks fall"
+    greatest = engineering(float((distances(stage.displacement) * rests).max()), "m")
+    told = f"{greatest} (of the other blocks)" if stage.unstable_blocks.size else greatest
     if stage.zones is None:
         return told
     return f"{engineering(stage.zones.max_displacement(rests), 'm')} at a node of the zones; mean of a block {told}"

@@ -70,6 +70,12 @@ def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.result
     assert short["greatest displacement"].endswith("(of the other blocks)")
 
 
+def test_where_all_blocks_fall_there_is_no_displacement_of_others(falls: bsm.results.Results) -> None:
+    stage = falls.stages[-1]
+    all_down = replace(stage, unstable_blocks=np.flatnonzero(stage.present).astype(np.int32))
+    assert dict(describe(falls, all_down))["greatest displacement"] == "not available: all blocks fall"
+
+
 def test_stages_behind_an_unstable_one_are_named(falls: bsm.results.Results) -> None:
     assert "stages not computed" not in dict(describe(falls))
     later = [bsm.Stage(name=name) for name in ("bolts", "earthquake")]
