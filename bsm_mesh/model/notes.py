@@ -26,6 +26,7 @@ from bsm_mesh.model.options import Options
 from bsm_mesh.model.overburden import of_field_and_weights, of_overburden
 from bsm_mesh.model.quantities import GRAVITY_PART, STRENGTH_FACTOR, STRESS_RATIO, quantities_of
 from bsm_mesh.model.quantity import Quantity
+from bsm_mesh.model.signs import of_signs
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import Fixed, unit_vector
 from bsm_mesh.model.unused import of_single_bolts, unused_in, used_joints, used_rocks
@@ -70,6 +71,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *_of_ground(model),
         *of_overburden(model),
         *of_field_and_weights(model),
+        *of_signs(model),
         *_of_levels(model),
         *of_water_on_excavations(model),
         *of_sloping_open_water(model, ground_line),

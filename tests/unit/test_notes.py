@@ -190,6 +190,14 @@ def test_strength_is_small_beside_the_weight_of_blocks() -> None:
             "bolt 1 from (0.5, 0.5) to (1.5, 1.3) crosses 0.1601 m without rock where it is installed",
         ),
         (
+            {"stages": [bsm.Stage("full", loads=[bsm.Pressure(boundary="top", pressure=-20e3)])]},
+            "stage 'full': load 1 (Pressure): -20000 Pa pulls on 'top': a positive pressure acts into the blocks",
+        ),
+        (
+            {"in_situ": bsm.InSitu(stress={"xx": 1e6, "yy": (1e6, 0, 26e3), "xy": 0})},
+            "in_situ: stress is tension in all directions: compression is negative",
+        ),
+        (
             {"stages": [bsm.Stage("quake", gravity=(0.1, 0.0), relaxation=[0.6]), bsm.Stage("after")]},
             "stage 'quake': relaxation has no effect: nothing is excavated, and no stage before holds forces",
         ),

@@ -27,6 +27,7 @@ from bsm_mesh.model.notes import (
 )
 from bsm_mesh.model.open_water import of_sloping_open_water
 from bsm_mesh.model.overburden import LEAST, of_blocks_above, of_field_and_weights
+from bsm_mesh.model.signs import of_signs
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.unused import of_single_bolts, used_rocks
 from bsm_mesh.three_d.blocks.polygons import vector_areas
@@ -62,6 +63,7 @@ def notes_in_space(model: Model) -> list[str]:
         *of_blocks_above(model),
         *_of_overburden(model),
         *of_field_and_weights(model),
+        *of_signs(model),
         *of_stages(model),
         *of_idle_options(model.options),
     ]
