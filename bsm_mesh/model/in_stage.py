@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bsm_mesh.errors import ModelError, as_given, nearest
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.model import Model
@@ -32,16 +34,19 @@ def model_in_stage(model: Model, number: int) -> Model:
         return model
     joints, rocks = joints_and_rocks_at(model, strength)
     horizontal, vertical = gravity or (model.gravity_horizontal, model.gravity_vertical)
-    return model.replace(
+    return without_stages(
+        model,
         joints=joints,
         rocks=rocks,
         gravity_horizontal=horizontal,
         gravity_vertical=vertical,
         gravity_trend=trend,
-        stages=(),
-        bolts=(),
-        histories=(),  # may be of bolts
     )
+
+
+def without_stages(model: Model, **changes: Any) -> Model:
+    """Return a model with changes, without stages and bolts, and without histories, which may be of bolts."""
+    return model.replace(stages=(), bolts=(), histories=(), **changes)
 
 
 def strength_in_stage(model: Model, number: int) -> dict[str, float]:

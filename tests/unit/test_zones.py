@@ -57,6 +57,7 @@ CASES = {
     "water in whole rock": {"default_joint": None, "water": WATER},
     "water in a joint": {"water": bsm.Water(table=[(0, 1.4), (3, 1.7)], joint_pressure={"J1": 3e4})},
     "bolt": {"bolts": [BOLT]},
+    "history of a bolt": {"bolts": [BOLT], "water": WATER, "histories": [bsm.History(name="pull", bolt="bolt 1")]},
     "in situ": {"in_situ": bsm.InSitu(stress={"yy": [-1e6, 0, 0], "xx": [-5e5, 0, 0], "xy": [0, 0, 0]})},
     "support of a block": {"supports": [bsm.Fixed(blocks=[0]), bsm.Fixed(blocks=[1])]},
     "stages": {

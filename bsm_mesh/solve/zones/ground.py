@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.in_stage import without_stages
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.model.water import Water
@@ -56,7 +57,7 @@ def pore_water(
     """
     if water is None:
         return None
-    load = WaterLoad(model.replace(water=water, stages=[], in_situ=None, bolts=[]))
+    load = WaterLoad(without_stages(model, water=water, in_situ=None))
     x = np.asarray(basis.global_coordinates())
     x = x if u is None else x + np.asarray(basis.interpolate(u))
     none = np.full(x[0].size, -1)

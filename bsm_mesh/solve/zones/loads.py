@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.in_stage import without_stages
 from bsm_mesh.model.loads import ActingLoad, BoundaryLoad, PointForces, PointLoad, edge_tractions, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.zones.mesh import ContinuumMesh
@@ -45,7 +46,7 @@ def load_vector(
 
 def weightless(model: Model) -> Model:
     """Return a model whose rocks weigh nothing, without its stages and bolts."""
-    return model.replace(rocks=[replace(rock, unit_weight=0.0) for rock in model.rocks], stages=(), bolts=())
+    return without_stages(model, rocks=[replace(rock, unit_weight=0.0) for rock in model.rocks])
 
 
 def pressure_on_new_faces(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.in_stage import without_stages
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
@@ -141,7 +142,7 @@ def _of_strains(of: Continuum, end: StageEnd) -> tuple[str, ...]:
 
 def _water(end: StageEnd) -> WaterLoad:
     water = None if end.water is None else end.water.load.water
-    return WaterLoad(end.model.replace(water=water, stages=(), bolts=())).of_present(end.present)
+    return WaterLoad(without_stages(end.model, water=water)).of_present(end.present)
 
 
 def _of_water(of: Continuum, end: StageEnd, water: WaterLoad, place: Placement) -> tuple[FloatArray, FloatArray]:
