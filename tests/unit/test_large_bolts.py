@@ -9,9 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.certificate import verify_certificate
 from tests.scenes.large_zones import bolted, bolted_exact
 from tests.scenes.shaken_zones import unwatched
-from tests.scenes.shapes import turned
+from tests.scenes.shapes import rectangle, turned
 
 
 def slid(model, degrees=0.0):
@@ -33,6 +34,36 @@ def test_a_bolt_turns_as_its_block_slides(degrees, order):
 
 
 @pytest.mark.heavy
+def apex(displacement):
+    """Return a triangle that stands on its apex, held by two bolts to the walls beside it."""
+    walls = [rectangle(-4, -1, 4, 0), rectangle(-4, 0, -2, 3), rectangle(2, 0, 4, 3)]
+    zones = bsm.Zones(size=1.0, displacement=displacement)
+    ties = [bsm.Bolt(start=(3 * s, 1.5), end=(0.3 * s, 1.5), diameter=0.025, kind="end_anchored") for s in (-1, 1)]
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons([*walls, [(0, 0), (1, 2), (-1, 2)]], rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3, young=2e9, poisson=0.2, zones=zones)],
+        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=45))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 1, 2])],
+        bolts=ties,
+    )
+
+
+def test_a_block_that_bolts_alone_keep_from_falling_over_has_a_certificate(tmp_path, capsys):
+    """Their stiffness is in it: no direction in which blocks fall."""
+    results = bsm.run(apex("large"))
+    assert results.status == "stable"
+    assert verify_certificate.main(results.save(tmp_path / "out")) == 0, capsys.readouterr().out
+
+
+def test_small_displacements_do_not_judge_a_block_on_a_corner():
+    stage = bsm.run(apex("small")).stages[0]
+    said = "block 3 touches block 0 with a corner alone, where zones in small displacement have no contact"
+    assert stage.status == "not_converged"
+    assert stage.reason.startswith(said)
+    assert any(note.startswith(said) for note in stage.notes)
+
+
 def test_a_bolt_of_a_later_stage_has_no_tension_before():
     """Its block hangs on a first bolt; another one at the same place carries a part of the load that is added."""
     model = bolted()

@@ -49,6 +49,7 @@ def wall(rocks=(GNEISS, RIGID), names=("gneiss", "rigid", "rigid", "gneiss"), **
     return bsm.Model(blocks=blocks, rocks=rocks, **{**usual, **given})
 
 
+SOFTENS = bsm.MohrCoulomb(friction=35, residual_friction=25, softening_slip=1e-3)
 BOLT = bsm.Bolt(start=(2.8, 1.9), end=(2.2, 0.1), diameter=0.025, young=2e11, pretension=1e4)
 CASES = {
     "joints": {},
@@ -57,6 +58,10 @@ CASES = {
     "water in whole rock": {"default_joint": None, "water": WATER},
     "water in a joint": {"water": bsm.Water(table=[(0, 1.4), (3, 1.7)], joint_pressure={"J1": 3e4})},
     "bolt": {"bolts": [BOLT]},
+    "joint that softens": {
+        "joints": [dataclasses.replace(JOINT, law=SOFTENS)],
+        "loads": [bsm.Traction(boundary="top", traction=(3e4, -1e5))],
+    },
     "history of a bolt": {"bolts": [BOLT], "water": WATER, "histories": [bsm.History(name="pull", bolt="bolt 1")]},
     "in situ": {"in_situ": bsm.InSitu(stress={"yy": [-1e6, 0, 0], "xx": [-5e5, 0, 0], "xy": [0, 0, 0]})},
     "support of a block": {"supports": [bsm.Fixed(blocks=[0]), bsm.Fixed(blocks=[1])]},
@@ -84,6 +89,26 @@ def test_every_block_is_in_balance_and_the_certificate_holds(case, order, tmp_pa
     assert check.ok
     assert check.block_residual < 1e-8
     assert verify_certificate.main(results.save(tmp_path / "out")) == 0, capsys.readouterr().out
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_bolts_that_resist_shear_balance_the_moments_of_a_block(order):
+    """A block that tilts away from a wall pulls its bolt out by more than a tenth of a millimetre."""
+    blocks = bsm.Blocks.from_polygons(
+        [rectangle(-3, -1, 5, 0), rectangle(-2, 0, 0, 3), rectangle(0, 0, 1, 3)], rock="r"
+    )
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("r", unit_weight=25e3, young=2e9, poisson=0.2, zones=Zones(size=1.0, order=order))],
+        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=45))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 1])],
+        bolts=[bsm.Bolt(start=(-1, 2.5), end=(0.5, 2.5), diameter=0.025, bond_strength=5e5, bearing_stiffness=2e8)],
+        gravity_horizontal=0.4,
+    )
+    results = bsm.run(model)
+    assert abs(results.stages[0].bolts.shear_force[0]) > 100
+    assert results.check().block_residual < 1e-8
 
 
 @pytest.mark.parametrize(("case", "law"), [("in situ", "mohr_coulomb"), ("stages", "mohr_coulomb"), *WHOLE])

@@ -82,17 +82,20 @@ class EmbeddedBolts:
         """
         layout = lay_out_bolts(model.bolts, model.blocks, model.stages)
         bolts = InstalledBolts.at_points(layout)
-        near = layout.first_node[bolts.dowels.element]
-        sides = np.stack([layout.block[near], layout.block[near + 1]], axis=1).ravel()
-        point = np.concatenate([layout.point, np.repeat(bolts.dowels.crossing, 2, axis=0)])
-        rows = sampling(mesh, basis, point, np.concatenate([layout.block, sides]))
+        body, point = _bodies(bolts, layout.block)
+        rows = sampling(mesh, basis, point, body)
         if straight:
             rows = _along_bars(rows, layout)
         state = None
         if elastic:
-            nothing = np.zeros((len(point), 3))
-            state = ElasticState(position=nothing, tension=np.zeros(len(bolts.alive)), shear=np.zeros(len(near)))
+            shear = np.zeros(len(bolts.dowels.element))
+            state = ElasticState(position=np.zeros((len(point), 3)), tension=np.zeros(len(bolts.alive)), shear=shear)
         return cls(bolts=bolts, block=layout.block, rows=rows, elastic=state)
+
+    @property
+    def bodies(self) -> tuple[IntArray, FloatArray]:
+        """Block (k,) and place as given (k, 2) [m] of every body."""
+        return _bodies(self.bolts, self.block)
 
     def install(self, stage: int, u: FloatArray) -> EmbeddedBolts:
         """Return a copy with the bolts of a stage installed at displacements u (N,), which do not strain them."""
@@ -184,6 +187,14 @@ class EmbeddedBolts:
         row = np.repeat(np.arange(len(bolt)), size)
         column = np.arange(len(row)) - np.repeat(np.cumsum(size) - size - first, size)
         return sp.csr_matrix((self.bolts.coupling(at), (row, column)), shape=(len(bolt), len(bolt)))
+
+
+def _bodies(bolts: InstalledBolts, block: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return block and place of the nodes of bolts, in blocks (n_nodes,), then of both sides of every crossing."""
+    near = bolts.layout.first_node[bolts.dowels.element]
+    sides = np.stack([block[near], block[near + 1]], axis=1).ravel()
+    point = np.concatenate([bolts.layout.point, np.repeat(bolts.dowels.crossing, 2, axis=0)])
+    return np.concatenate([block, sides]), point
 
 
 def _along_bars(rows: tuple[Any, Any], layout: BoltLayout) -> tuple[Any, Any]:

@@ -14,6 +14,7 @@ from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces
 from bsm_mesh.solve.algebra.loads import given_of
+from bsm_mesh.solve.zones.bolts_on_blocks import tangent_on_blocks
 from bsm_mesh.solve.zones.large_water import table_on_outlines
 from bsm_mesh.solve.zones.placement import Placement, outline_of
 from bsm_mesh.solve.zones.stage_solution import StageEnd, met_rows
@@ -51,6 +52,10 @@ def evidence_of(
         left[rows] = np.where(history.parted, 0.0, joints.residual_tension)[on]
         tension[rows] = np.where(failed[rows], left[rows], joints.tension[on])
         normal[rows], shear[rows] = state.normal_stiffness[on], state.springs.stiffness[on]
+    pair, tangent = np.zeros((0, 2), np.int32), np.zeros((0, 3, 3))
+    if end.bolts is not None and end.at.bolts is not None:
+        u = None if end.large is None else end.u
+        pair, tangent = tangent_on_blocks(end.bolts, end.at.bolts, u, place.centroid)
     return Evidence(
         laws=law_table(laws),
         law=law,
@@ -62,8 +67,8 @@ def evidence_of(
         shear_stiffness=shear,
         near=np.zeros(m, dtype=bool),
         **{**given_of(end.model, water, forces), "weight": weight, "unit_weight": of_rock},
-        bolt_pair=np.zeros((0, 2), np.int32),
-        bolt_tangent=np.zeros((0, 3, 3)),
+        bolt_pair=pair,
+        bolt_tangent=tangent,
         **bar_rows(bars, bars.point),
         **({} if end.large is None else _of_shapes(of, end, forces, water, place)),
     )

@@ -1,10 +1,13 @@
-"""How far blocks may move while displacements count as small."""
+"""Where small displacements do not hold: blocks that move far, and blocks that touch others with corners alone."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.contact.outlines import Outlines
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
+from bsm_mesh.contact.search import ActiveContacts, detect_contacts
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
@@ -12,6 +15,33 @@ from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.solve.zones.rock_faces import rocks_of
 
 MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
+
+
+def on_a_corner(model: Model, chosen: BoolArray, present: BoolArray) -> str:
+    """Return which block touches which other one with a corner alone, as given, one of them of some (n,).
+
+    The text is empty where none does. Small displacements have contacts on faces. Corners at a node have other blocks between, and do not count.
+    """
+    blocks, faces = model.blocks, find_faces(model.blocks)
+    outlines = Outlines.of(blocks, ~chosen)
+    near = CONTACT_TOLERANCE * outlines.size
+    found = detect_contacts(outlines, outlines.placed(np.zeros((blocks.count, 3))), ActiveContacts.none(), near)
+    node, ends = blocks.nodes[found.corner], np.stack([found.edge, blocks.following[found.edge]])
+    both = np.sort(np.stack([found.block_a, found.block_b], axis=1), axis=1)
+    faced = np.sort(np.stack([blocks.owner[faces.edge_a], blocks.owner[faces.edge_b]], axis=1), axis=1)
+    alone = ~np.isin(both @ (1, blocks.count), faced @ (1, blocks.count))
+    rows = np.flatnonzero(
+        found.in_range
+        & (found.gap <= near)
+        & (node != blocks.nodes[ends]).all(axis=0)
+        & alone
+        & present[both].all(axis=1)
+        & chosen[both].any(axis=1)
+    )
+    if not len(rows):
+        return ""
+    one, other = found.block_a[rows[0]], found.block_b[rows[0]]
+    return f"{one} touches block {other} with a corner alone, where zones in small displacement have no contact"
 
 
 def moved_far(model: Model, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:

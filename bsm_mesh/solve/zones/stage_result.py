@@ -23,7 +23,7 @@ from bsm_mesh.solve.zones.fields import over_blocks
 from bsm_mesh.solve.zones.large_loads import joined, moved_loads
 from bsm_mesh.solve.zones.large_water import table_on_outlines
 from bsm_mesh.solve.zones.placement import Placement
-from bsm_mesh.solve.zones.small_displacements import MOVED, moved_far
+from bsm_mesh.solve.zones.small_displacements import MOVED, moved_far, on_a_corner
 from bsm_mesh.solve.zones.solution import ContinuumSolution
 from bsm_mesh.solve.zones.stage_solution import StageEnd, contacts_of, met_rows, movement, stage_solution
 from bsm_mesh.solve.zones.stages import Continuum
@@ -32,7 +32,8 @@ NO_EQUILIBRIUM = (
     "no equilibrium was found in the zones, which allow small displacements only; displacements are those of the last "
     "equilibrium; give zones displacement = 'large' to follow the blocks, or leave zones out"
 )
-LARGER = "for larger ones give zones displacement = 'large', or leave zones out"
+INSTEAD = "give zones displacement = 'large', or leave zones out"
+LARGER = f"for larger ones {INSTEAD}"
 NO_LARGE_EQUILIBRIUM = (
     "no equilibrium was found in the zones; displacements are those of the last one, or where motion ended; leave "
     "zones out to see whether blocks fall"
@@ -91,7 +92,7 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
     weight = end.model.gravity_forces * here
     loads = on_blocks + force_sums(forces, place.centroid)
     loads[:, :2] += weight
-    bolts = _bolts(found.bolts) if end.large is None else found.bolts
+    bolts = _as_given(end, found.bolts)
     residual = loads + held + _of_contacts(contacts, place.centroid) + _of_bolts(bolts, place.centroid)
     reference = _reference(end, loads, forces, contacts, _of_bolts(bolts, place.centroid), before.reference)
     relative = relative_residual(of.model, residual * here, reference)
@@ -122,7 +123,7 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         evidence=evidence_of(of, end, contacts, forces, water, bars, weight, place),
         zones=_zones(of, found, end),
         shaking=end.shaking,
-        notes=_of_strains(of, end),
+        notes=(*_of_strains(of, end), *_of_corners(of, end)),
     )
 
 
@@ -138,6 +139,13 @@ def _of_strains(of: Continuum, end: StageEnd) -> tuple[str, ...]:
         f"zones of block {of.mesh.block[worst]} strain by {100 * strain[worst]:.2g} %: large displacement of zones is "
         f"for small strains, and stresses and strengths there are off by up to {200 * strain[worst]:.2g} %",
     )
+
+
+def _of_corners(of: Continuum, end: StageEnd) -> tuple[str, ...]:
+    """Return a note on blocks that touch others with corners alone, in small displacement."""
+    if end.large is not None or not (corner := on_a_corner(of.model, end.present, end.present)):
+        return ()
+    return (f"block {corner}; {INSTEAD}",)
 
 
 def _water(end: StageEnd) -> WaterLoad:
@@ -200,15 +208,13 @@ def _point_forces(of: Continuum, end: StageEnd, place: Placement) -> PointForces
     return PointForces(block=forces.block[here], point=forces.point[here], force=forces.force[here])
 
 
-def _bolts(bolts: BoltForces) -> BoltForces:
+def _as_given(end: StageEnd, found: BoltForces) -> BoltForces:
     """Return bolts whose dowels act where they cross joints as given: there small displacements have their forces."""
-    if not bolts.count:
-        return bolts
-    first = bolts.first_node
-    along = bolts.original[first + 1] - bolts.original[first]
-    reach = bolts.shear_point - bolts.original[first]
-    share = (reach * along).sum(axis=1) / (along**2).sum(axis=1)
-    return replace(bolts, shear_point=bolts.original[first] + share[:, None] * along)
+    if end.bolts is None or end.large is not None:
+        return found
+    dowels, point = end.bolts.bolts.dowels, found.shear_point.copy()
+    point[dowels.element] = dowels.crossing
+    return replace(found, shear_point=point)
 
 
 def _of_contacts(contacts: ContactForces, centroid: FloatArray) -> FloatArray:
@@ -271,6 +277,8 @@ def _verdict(
     if end.fall is not None:
         return Status.UNSTABLE, end.fall.reason
     if end.loose:
+        if end.large is None and (corner := on_a_corner(of.model, _loose_blocks(of, end), end.present)):
+            return Status.NOT_CONVERGED, f"block {corner}; {INSTEAD}"
         return Status.UNSTABLE, "loads move blocks that neither contacts nor supports hold"
     if end.collapse is not None:
         return Status.UNSTABLE, (
@@ -289,6 +297,12 @@ def _verdict(
     if not residual <= tolerance:
         return Status.NOT_CONVERGED, f"a block is out of balance by {residual:.1e} of the reference weight"
     return Status.STABLE, "blocks and zones are in equilibrium"
+
+
+def _loose_blocks(of: Continuum, end: StageEnd) -> BoolArray:
+    found = np.zeros(of.model.blocks.count, dtype=bool)
+    found[of.mesh.block[np.concatenate([part.cells for part in end.loose])]] = True
+    return found
 
 
 def _step_record(end: StageEnd, found: ContinuumSolution, residual: float, seconds: float, number: int) -> StepRecord:

@@ -269,7 +269,8 @@ class StageRun:
             path = slip_path_after(start, at.state)
             wears = np.abs(path - history.slip_path) > WORN * joints.wear_length
             if (at.state.failed == history.failed).all() and not wears.any():
-                equations = equations.after(at, path)
+                known = np.isfinite(joints.wear_length)  # their strength is that after the slip which is remembered
+                equations = equations.after(at, np.where(known, history.slip_path, path))
                 break
             self.state.u = at.u
             failed = replace(history, failed=at.state.failed, parted=at.state.parted)
