@@ -20,7 +20,8 @@ MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new cont
 def on_a_corner(model: Model, chosen: BoolArray, present: BoolArray) -> str:
     """Return which block touches which other one with a corner alone, as given, one of them of some (n,).
 
-    The text is empty where none does. Small displacements have contacts on faces. Corners at a node have other blocks between, and do not count.
+    The text is empty where none does. Small displacements have contacts on faces. Corners at a node have other blocks
+    between, and do not count.
     """
     blocks, faces = model.blocks, find_faces(model.blocks)
     outlines = Outlines.of(blocks, ~chosen)
