@@ -1,4 +1,4 @@
-"""The tangent of embedded bolts by the rigid movements of blocks: what of it a certificate needs."""
+"""The tangent of embedded bolts by the rigid movements of blocks, as certificates have it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def tangent_on_blocks(
     at : BoltEvaluation
         Their forces.
     u : (N,) float64 or None [m]
-        Displacements with which the bolts have moved; None: they count from the given places.
+        Displacements of the rock with the bolts; None: these are at their given places.
     centroid : (n, 2) float64 [m]
         Of the blocks, likewise.
     """
