@@ -201,9 +201,10 @@ def _point_forces(of: Continuum, end: StageEnd, place: Placement) -> PointForces
     """Return loads, pressures on new faces, and excavation forces that are held back, as forces at points."""
     assert of.apart is not None
     if end.large is not None:
-        return moved_loads(of, end, place, movement(of, end.u)[:, 2])
-    given = point_forces_of(end.acting, of.model.blocks)
-    forces = joined(given, of.apart.nodal_forces(end.pressures - of.apart.held_back(end), place.node))
+        forces = moved_loads(of, end, place, movement(of, end.u)[:, 2])
+    else:
+        given = point_forces_of(end.acting, of.model.blocks)
+        forces = joined(given, of.apart.nodal_forces(end.pressures - of.apart.held_back(end), place.node))
     here = end.present[forces.block]
     return PointForces(block=forces.block[here], point=forces.point[here], force=forces.force[here])
 
