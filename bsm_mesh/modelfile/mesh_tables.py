@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.model import PlanePoints
-from bsm_mesh.modelfile.units import Lines, Point, lines_of
+from bsm_mesh.modelfile.units import LINES_SCHEMA, Point, lines_of
 
 
 def _path_text(value: str) -> str:
@@ -92,7 +92,14 @@ def _along(value: object) -> object:
     return LineFile.model_validate(value) if isinstance(value, dict) else lines_of(value)
 
 
-Along = Annotated[Any, PlainValidator(_along, json_schema_input_type=str | LineFile | Lines)]
+class _AlongSchema:
+    """The JSON Schema of `Along`, made where it is asked for: the table of a file needs time."""
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        return {"anyOf": [{"type": "string"}, LineFile.model_json_schema(), LINES_SCHEMA]}
+
+
+Along = Annotated[Any, PlainValidator(_along), _AlongSchema()]
 Border = Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
 
 

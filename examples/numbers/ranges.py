@@ -106,8 +106,6 @@ def form_of_schema(annotation: Any) -> str:
 
 
 def _forms(schema: dict[str, Any]) -> Iterator[str]:
-    if "$ref" in schema:
-        yield NAMES["object"]
     for part in schema.get("anyOf", ()):
         yield from _forms(part)
     if "enum" in schema:
