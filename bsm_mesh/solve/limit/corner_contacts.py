@@ -18,9 +18,9 @@ from scipy.spatial import cKDTree
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.corner_joints import edges_of_corners
+from bsm_mesh.contact.corners_on_edges import corners_on_edges
 from bsm_mesh.contact.outlines import Outlines
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
-from bsm_mesh.contact.search import ActiveContacts, Candidates, detect_contacts
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import joints_of_edges
@@ -40,13 +40,9 @@ def with_corner_contacts(model: Model, contacts: ContactTable) -> ContactTable:
     blocks = model.blocks
     outlines = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool))
     near = CONTACT_TOLERANCE * outlines.size
-    found = detect_contacts(outlines, outlines.placed(np.zeros((blocks.count, 3))), ActiveContacts.none(), near)
-    on_edges = (
-        found.in_range & (found.gap <= near) & ~_at_node(blocks, found) & ~_covered(blocks, contacts, found, near)
-    )
-    corner, edge = _corners_at_one_node(blocks, outlines.neighbour_clusters)
-    corner = np.concatenate([found.corner[on_edges], corner])
-    edge = np.concatenate([found.edge[on_edges], edge])
+    on_edge, at_node = corners_on_edges(blocks, outlines), _corners_at_one_node(blocks, outlines.neighbour_clusters)
+    alone = ~_covered(blocks, contacts, *on_edge, near)
+    corner, edge = (np.concatenate([some[alone], more]) for some, more in zip(on_edge, at_node, strict=True))
     if not len(corner):
         return contacts
     sizes = (outlines.block_size[blocks.owner[ends]] for ends in (corner, edge))
@@ -55,25 +51,17 @@ def with_corner_contacts(model: Model, contacts: ContactTable) -> ContactTable:
     return ContactTable(**{name: np.concatenate([getattr(contacts, name), getattr(more, name)]) for name in names})
 
 
-def _at_node(blocks: Blocks, found: Candidates) -> BoolArray:
-    """Return which candidates (m,) have their corner at an end of their edge."""
-    node = blocks.nodes[found.corner]
-    at_node: BoolArray = (node == blocks.nodes[found.edge]) | (node == blocks.nodes[blocks.following[found.edge]])
-    return at_node
-
-
-def _covered(blocks: Blocks, contacts: ContactTable, found: Candidates, near: float) -> BoolArray:
-    """Return the candidates (m,) at whose corner a face of the same two blocks ends."""
-    covered = np.zeros(found.count, dtype=bool)
-    if contacts.count:
-        close = cKDTree(blocks.vertices[found.corner]).sparse_distance_matrix(
+def _covered(blocks: Blocks, contacts: ContactTable, corner: IntArray, edge: IntArray, near: float) -> BoolArray:
+    """Return the corners on edges (m,) at which a face of the same two blocks ends."""
+    covered = np.zeros(len(corner), dtype=bool)
+    if contacts.count and len(corner):
+        close = cKDTree(blocks.vertices[corner]).sparse_distance_matrix(
             cKDTree(contacts.point), near, output_type="coo_matrix"
         )
         low, high = np.minimum(contacts.block_a, contacts.block_b), np.maximum(contacts.block_a, contacts.block_b)
         row, col = close.row, close.col
-        same = (np.minimum(found.block_a, found.block_b)[row] == low[col]) & (
-            np.maximum(found.block_a, found.block_b)[row] == high[col]
-        )
+        a, b = blocks.owner[corner[row]], blocks.owner[edge[row]]
+        same = (np.minimum(a, b) == low[col]) & (np.maximum(a, b) == high[col])
         covered[row[same]] = True
     return covered
 

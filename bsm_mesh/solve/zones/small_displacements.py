@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.contact.corners_on_edges import corners_on_edges
 from bsm_mesh.contact.outlines import Outlines
-from bsm_mesh.contact.rules import CONTACT_TOLERANCE
-from bsm_mesh.contact.search import ActiveContacts, detect_contacts
+from bsm_mesh.contact.search import key_of
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
@@ -24,24 +24,13 @@ def on_a_corner(model: Model, chosen: BoolArray, present: BoolArray) -> str:
     between, and do not count.
     """
     blocks, faces = model.blocks, find_faces(model.blocks)
-    outlines = Outlines.of(blocks, ~chosen)
-    near = CONTACT_TOLERANCE * outlines.size
-    found = detect_contacts(outlines, outlines.placed(np.zeros((blocks.count, 3))), ActiveContacts.none(), near)
-    node, ends = blocks.nodes[found.corner], np.stack([found.edge, blocks.following[found.edge]])
-    both = np.sort(np.stack([found.block_a, found.block_b], axis=1), axis=1)
-    faced = np.sort(np.stack([blocks.owner[faces.edge_a], blocks.owner[faces.edge_b]], axis=1), axis=1)
-    alone = ~np.isin(both @ (1, blocks.count), faced @ (1, blocks.count))
-    rows = np.flatnonzero(
-        found.in_range
-        & (found.gap <= near)
-        & (node != blocks.nodes[ends]).all(axis=0)
-        & alone
-        & present[both].all(axis=1)
-        & chosen[both].any(axis=1)
-    )
+    both = blocks.owner[np.stack(corners_on_edges(blocks, Outlines.of(blocks, ~chosen)), axis=1)]
+    faced = blocks.owner[np.stack([faces.edge_a, faces.edge_b], axis=1)]
+    alone = ~np.isin(key_of(*np.sort(both, axis=1).T), key_of(*np.sort(faced, axis=1).T))
+    rows = np.flatnonzero(alone & present[both].all(axis=1) & chosen[both].any(axis=1))
     if not len(rows):
         return ""
-    one, other = found.block_a[rows[0]], found.block_b[rows[0]]
+    one, other = both[rows[0]]
     return f"{one} touches block {other} with a corner alone, where zones in small displacement have no contact"
 
 
