@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.certificate import verify_certificate
+from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.bolts.tangent import bolt_tangent
 from tests.scenes.large_zones import bolted, bolted_exact
 from tests.scenes.shaken_zones import unwatched
 from tests.scenes.shapes import rectangle, turned
@@ -54,6 +56,37 @@ def test_a_block_that_bolts_alone_keep_from_falling_over_has_a_certificate(tmp_p
     results = bsm.run(apex("large"))
     assert results.status == "stable"
     assert verify_certificate.main(results.save(tmp_path / "out")) == 0, capsys.readouterr().out
+
+
+@pytest.mark.parametrize("displacement", ["small", "large"])
+def test_the_stiffness_of_bolts_in_a_certificate_is_that_between_rigid_blocks(displacement):
+    """Of blocks that hardly deform, with the turning of bolts under their tension."""
+    walls = [rectangle(-3, -1, 5, 0), rectangle(-2, 0, 0, 3), rectangle(0, 0, 1, 3)]
+    zones = bsm.Zones(size=1.0, order=1, displacement=displacement)
+    tie = bsm.Bolt(start=(-1.6, 2.7), end=(0.8, 2.3), diameter=0.025, kind="end_anchored", pretension=1e5)
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons(walls, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3, young=1e14, poisson=0.2, zones=zones)],
+        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=45))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 1])],
+        bolts=[tie],
+    )
+    stage = bsm.run(model).stages[0]
+    position = stage.origin + stage.displacement
+    rigid = InstalledBolts.of(model, np.zeros((3, 3)))
+    exact = whole(*bolt_tangent(rigid, rigid.evaluate(position), turning=True))
+    found = whole(stage.evidence.bolt_pair, stage.evidence.bolt_tangent)
+    assert_allclose(found, exact, atol=1e-4 * np.abs(exact).max())
+    assert np.abs(found).max() > 1e7
+
+
+def whole(pair, blocks):
+    """Return a matrix of three blocks as one."""
+    found = np.zeros((9, 9))
+    for (row, column), block in zip(pair, blocks, strict=True):
+        found[3 * row : 3 * row + 3, 3 * column : 3 * column + 3] += block
+    return found
 
 
 def test_small_displacements_do_not_judge_a_block_on_a_corner():

@@ -34,7 +34,9 @@ def tangent_on_blocks(
     x, y = (_rows(body, parts, len(centroid)) for parts in ((one, none, -arm[:, 1]), (none, one, arm[:, 0])))
     tangent = replace(bolts, rows=(x, y)).tangent(at)
     turning = np.bincount(body, (arm * at.forces[:, :2]).sum(axis=1), len(centroid))
-    return _blocks_of(tangent + sp.diags(np.kron(turning, (0.0, 0.0, 1.0))))
+    blocks = sp.bsr_matrix(tangent + sp.diags(np.kron(turning, (0.0, 0.0, 1.0))), blocksize=(3, 3))
+    pair = np.column_stack([np.repeat(np.arange(len(centroid)), np.diff(blocks.indptr)), blocks.indices])
+    return pair.astype(np.int32), blocks.data
 
 
 def _rows(body: IntArray, parts: tuple[FloatArray, ...], count: int) -> sp.csr_matrix:
@@ -42,13 +44,3 @@ def _rows(body: IntArray, parts: tuple[FloatArray, ...], count: int) -> sp.csr_m
     column = 3 * body[:, None] + np.arange(3)
     row = np.repeat(np.arange(len(body)), 3)
     return sp.csr_matrix((np.stack(parts, axis=1).ravel(), (row, column.ravel())), shape=(len(body), 3 * count))
-
-
-def _blocks_of(matrix: sp.csr_matrix) -> tuple[IntArray, FloatArray]:
-    """Return row and column (l, 2) of the blocks of 3 x 3 of a matrix that are not zero, and the blocks."""
-    parts = matrix.tocoo()
-    pair, number = np.unique(np.stack([parts.row // 3, parts.col // 3], axis=1), axis=0, return_inverse=True)
-    blocks = np.zeros((len(pair), 3, 3))
-    np.add.at(blocks, (number.ravel(), parts.row % 3, parts.col % 3), parts.data)
-    there = blocks.any(axis=(1, 2))
-    return pair[there].astype(np.int32), blocks[there]
