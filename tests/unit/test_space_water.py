@@ -202,6 +202,15 @@ def test_water_on_parts_of_faces_is_in_the_certificate_and_in_stages():
             assert "the water presses on block" in "; ".join(check_stage(told, said, changed)[1])
 
 
+def test_in_situ_stress_on_parts_of_faces_is_effective():
+    """A column under its own weight, on ground wider than it: nothing moves when the water in its joint is there."""
+    column = [box((-2, -2, -1), (2, 2, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 1))]
+    water, field = bsm.Water(joint_pressure={"J1": 10e3}), bsm.InSitu(surface=1.0, k0=0.0)
+    stage = bsm.run(model_in_space(column, water=water, in_situ=field), OPTIONS).stages[0]
+    assert_allclose(stage.displacement[1], 0, atol=1e-12)
+    assert_allclose(stage.contacts.normal_force.sum(), -(26e3 - 10e3), rtol=1e-9)
+
+
 def test_edges_over_edges_have_no_area_for_water():
     """A cube that stands on an edge, and one beside its table."""
     cube = np.array(box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))[0])

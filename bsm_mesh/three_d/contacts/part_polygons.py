@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from bsm_mesh.contact.rules import RULES
@@ -13,6 +15,7 @@ from bsm_mesh.three_d.contacts.renewal import points_apart
 from bsm_mesh.three_d.contacts.surfaces import Surfaces
 
 
+@lru_cache(maxsize=1)  # trials of a factor of safety have the same blocks
 def part_polygons(blocks: Polyhedra) -> ContactPolygons:
     """Return the polygons of parts of faces, whose blocks share no face and touch.
 

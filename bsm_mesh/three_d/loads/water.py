@@ -99,15 +99,15 @@ class WaterOnPolyhedra:
         if not self.acts:
             return {}
         face = np.flatnonzero(~np.isnan(self._of_faces)).astype(np.int32)
-        told = {
+        found = {
             "water_plane": np.array([*self.up[:2], self.level, self.unit_weight]),
             "water_face": face,
             "water_face_pressure": self._of_faces[face],
         }
         if not len(self._of_parts):
-            return told
+            return found
         return {
-            **told,
+            **found,
             "water_part_block": np.column_stack([self._parts.block_a, self._parts.block_b]),
             "water_part_corner": self._parts.corners,
             "water_part_offsets": self._parts.offsets,
