@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import bsm_mesh as bsm
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import rectangle
 from verification.case import Answer, Case, limit_between
 
@@ -20,15 +20,7 @@ RATE = math.sqrt(BOND / EA)  # of decay along a grouted bolt [1/m]
 
 def _solve(polygons: list[np.ndarray], bolt: bsm.Bolt, *, weight: float = GAMMA, friction: float = 30.0,
            options: bsm.Options | None = None, **given: object) -> bsm.Results:  # fmt: skip
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=weight)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=friction))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        bolts=[bolt],
-        **given,
-    )
+    model = model_of(polygons, gamma=weight, friction=friction, bolts=[bolt], **given)
     return bsm.run(model, options or bsm.Options())
 
 

@@ -10,7 +10,7 @@ from bsm_mesh.model.face_stiffness import face_stiffness
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, fill_stiffness
 from bsm_mesh.solve.algebra.loads import external_loads
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import grid, rectangle, running_bond, turned
 from verification.case import Answer, Case
 from verification.thesis_matrices import Array, GlobalSystem, matrix_b, matrix_d, matrix_k, matrix_t
@@ -213,14 +213,7 @@ def loads_at_points() -> Answer:
 def balance() -> Answer:
     """Compare contact forces and weights of every brick of a leaning wall, added up anew; the exact sum is nothing."""
     polygons = running_bond(8, 6)
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=GAMMA)],
-        joints=[bsm.Joint("J", KN, KS)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=list(range(6)))],
-        gravity_direction=-82.0,
-    )
+    model = model_of(polygons, gamma=GAMMA, joint=bsm.Joint("J", KN, KS), fixed=range(6), gravity_direction=-82.0)
     contacts, centroid = bsm.run(model, LINEAR).stages[-1].contacts, model.blocks.moments.centroid
     total = np.column_stack([model.gravity_forces, np.zeros(len(polygons))])
     for a, b, point, force in zip(contacts.block_a, contacts.block_b, contacts.point, contacts.force, strict=True):

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra import pardiso
+from tests.scenes.models import model_of
 from tests.scenes.reference import dense_solution, face_forces
 from tests.scenes.shapes import rectangle, turned
 
@@ -187,14 +188,7 @@ def test_against_dense_sums(scene):
     centroid = blocks.moments.centroid
     bars = [(0, centroid[0], 0.0, 0.0), (0, centroid[0], 90.0, 0.0), (0, centroid[0] + (0.5, 0.0), 90.0, 0.0)]
     expected = dense_solution(polygons, (1e9, 4e8), loads, bars)
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 4e8)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=scene.gravity,
-    )
+    model = model_of(blocks, joint=bsm.Joint("J", 1e9, 4e8), gravity_direction=scene.gravity)
     stage = bsm.run(model, bsm.Options(scheme="linear")).stages[-1]
     atol = RTOL * np.abs(expected.displacement).max()
     assert_allclose(stage.displacement, expected.displacement, rtol=0, atol=atol)

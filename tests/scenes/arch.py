@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-import bsm_mesh as bsm
+from tests.scenes.models import model_of
 
 
 def arch(n, thickness, friction=89.0):
@@ -16,10 +16,4 @@ def arch(n, thickness, friction=89.0):
     ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     stones = [[inner * a, inner * b, outer * b, outer * a] for a, b in pairwise(ray)]
     springings = [[(s * inner, 0), (s * outer, 0), (s * outer, -0.2), (s * inner, -0.2)] for s in (-1, 1)]
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons([*stones, *springings], rock="stone"),
-        rocks=[bsm.Rock("stone", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=friction))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[n, n + 1])],
-    )
+    return model_of([*stones, *springings], friction=friction, kn=1e10, fixed=[n, n + 1])

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 import bsm_mesh as bsm
-from tests.scenes.models import framed
+from tests.scenes.models import framed, model_of
 from tests.scenes.shapes import grid, rectangle, running_bond, turned
 
 EXACT = 1e-9  # linear fields lie in both element spaces, the gravity column in the second-order one; rounding is lost
@@ -72,10 +72,4 @@ def on_a_slope(degrees, friction, fields):
     """Return a flat block on a slope at an angle [degrees]."""
     shapes = [turned(np.array(rectangle(*corners)), degrees) for corners in ((-2, -1, 3, 0), (0, 0, 1, 0.4))]
     law = bsm.MohrCoulomb(friction=friction)
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=26e3, **fields)],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=law)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    return model_of(shapes, rocks=[bsm.Rock("rock", unit_weight=26e3, **fields)], law=law)

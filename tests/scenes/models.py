@@ -12,13 +12,19 @@ GAMMA = 25e3  # N/m3
 LINEAR = bsm.Options(scheme="linear")
 
 
-def model_of(polygons, *, friction=35.0, kn=1e9, fixed=(0,), supports=None, law=None, gamma=GAMMA, **given):
-    law = law or bsm.MohrCoulomb(friction=friction)
+def model_of(
+    blocks, *, friction=35.0, kn=1e9, ks=None, law=None, joint=None, gamma=GAMMA, fixed=(0,), supports=None, **given
+):
+    """Return a model of blocks, or of polygons, on one kind of joint; `ks` is `kn` where not given."""
+    if not isinstance(blocks, bsm.Blocks | bsm.Polyhedra):
+        blocks = bsm.Blocks.from_polygons(blocks, rock="rock")
+    joint = joint or bsm.Joint("J", kn, kn if ks is None else ks, law=law or bsm.MohrCoulomb(friction=friction))
+    rocks = given.pop("rocks", [bsm.Rock(name, unit_weight=gamma) for name in blocks.rock_names])
     return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=gamma)],
-        joints=[bsm.Joint("J", kn, kn, law=law)],
-        default_joint="J",
+        blocks=blocks,
+        rocks=rocks,
+        joints=[joint],
+        default_joint=joint.name,
         supports=[bsm.Fixed(blocks=list(fixed))] if supports is None else supports,
         **given,
     )

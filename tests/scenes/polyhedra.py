@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 import bsm_mesh as bsm
+from tests.scenes.models import model_of
 
 BOX_FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 CELL_ARRAYS = ("vertices", "face_vertices", "face_offsets", "face_cells", "face_joint", "rock_names", "joint_names")
@@ -45,13 +46,8 @@ def model_in_space(solids, *, fixed=(0,), friction=30.0, cohesion=0.0, kn=1e9, k
         shear_stiffness=ks,
         law=law or bsm.MohrCoulomb(friction=friction, cohesion=cohesion),
     )
-    return bsm.Model(
-        blocks=bsm.Polyhedra.from_solids(solids, rock="granite", joint="J1"),
-        rocks=[bsm.Rock("granite", unit_weight=26e3)],
-        joints=[joint],
-        default_joint="J1",
-        supports=[bsm.Fixed(blocks=list(fixed))],
-        **more,
+    return model_of(
+        bsm.Polyhedra.from_solids(solids, rock="granite", joint="J1"), gamma=26e3, joint=joint, fixed=fixed, **more
     )
 
 

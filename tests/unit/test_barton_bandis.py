@@ -15,6 +15,7 @@ from bsm_mesh.certificate.verify_certificate import strength_of
 from bsm_mesh.model.joint_laws import memory_of
 from bsm_mesh.model.strength import reduced_law, with_strength
 from bsm_mesh.results.evidence import law_table
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 
 LAW = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=28)
@@ -115,13 +116,7 @@ def test_bad_values_are_told_with_the_range(keys, words):
 def slab(law, angle, height=0.5, width=10.0):
     """Return a wide slab on a plane of this angle, a block each."""
     polygons = [turned(p, angle) for p in (rectangle(-1, -1, 12, 0), rectangle(0, 0, width, height))]
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=law)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    return model_of(polygons, law=law)
 
 
 def steepest(law, height=0.5):

@@ -15,6 +15,7 @@ from bsm_mesh.pictures.bolt_pictures import draw_bolt_forces
 from bsm_mesh.results import BoltForces, BoltStatus
 from bsm_mesh.text.bolt_tables import BOLT_HEADER, bolt_table
 from bsm_mesh.text.tables import bolt_rows
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import MODEL, Case
 
@@ -184,14 +185,7 @@ def test_mean_pressure_is_that_of_the_mean_tension():
 def test_the_utilisation_of_a_bolt_names_its_strength(tmp_path, bond, limit, words):
     """A block of 25 kN hangs on a bolt with 1 m of bond in it, whose steel yields at 245 kN."""
     bolt = bsm.Bolt(start=(0.5, 0), end=(0.5, 2), diameter=0.025, yield_strength=5e8, bond_strength=bond, name="B")
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[1])],
-        bolts=[bolt],
-    )
+    model = model_of([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], friction=30, fixed=(1,), bolts=[bolt])
     results = bsm.run(model)
     rows = dict(bolt_rows(results.stages[-1].bolts))
     assert rows["greatest utilisation of a bolt"].startswith(f"{words} (B, 0 m from its head, where its force is 25 kN")

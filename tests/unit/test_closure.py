@@ -9,6 +9,7 @@ from bsm_mesh.contact.history import History
 from bsm_mesh.joint_test import closure_test
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.joint_laws.closure import overlap_at, pressure_at
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 
 KN, VM = 10e9, 2e-4
@@ -93,13 +94,7 @@ def test_in_situ_a_joint_begins_closed_by_the_field():
 def test_a_block_comes_to_rest_on_a_soft_joint(limit):
     polygons = [rectangle(-2, -1, 3, 0), rectangle(0, 0, 1, 1)]
     joint = bsm.Joint("J", 1e8, 1e8, law=bsm.MohrCoulomb(friction=30), max_closure=limit)
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=[joint],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of(polygons, joint=joint)
     results = bsm.run(model, bsm.Options(displacement_limit=2.0))
     assert results.status == "stable"
     expected = 25e3 * limit / (1e8 * limit + 25e3)

@@ -21,7 +21,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.modelfile.build import load_model_file
 from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.foreign_results import NONE, check, linear, theirs
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.small_case import Case
 
 TUNNEL = Path(__file__).parents[2] / "examples/01_circular_tunnel/homogeneous.toml"
@@ -176,13 +176,7 @@ def test_half_a_mesh(solved, tmp_path):
 
 
 def test_a_collapse_is_not_comparable(tmp_path):
-    model = bsm.Model(
-        blocks=slab("squares"),
-        rocks=[bsm.Rock("rock", unit_weight=26e3)],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of(slab("squares"), gamma=26e3, friction=30.0)
     points, cells = theirs()
     result = written(tmp_path, points, cells, U=linear(points)[0])
     found = compare_with(model, bsm.run(model), result, NONE)

@@ -8,6 +8,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 from bsm_mesh.solve.linear.scheme import LinearScheme
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, running_bond
 
 SCHEMES = {"linear": LinearScheme, "continuation": ContinuationScheme, "wang": ContinuationScheme}
@@ -17,15 +18,7 @@ OUT_OF_BALANCE = "is out of balance by"
 def wall(**given):
     blocks = bsm.Blocks.from_polygons([rectangle(-1, -1, 4, 0), *running_bond(4, 3)], rock="r")
     joint = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=35.0))
-    return bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=[joint],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=-95.0,
-        **given,
-    )
+    return model_of(blocks, joint=joint, gravity_direction=-95.0, **given)
 
 
 def tampered(monkeypatch, scheme, change, when=lambda part, number: True):

@@ -123,12 +123,9 @@ def test_blocks_that_are_taken_away_have_no_movement_any_more(tmp_path: Path) ->
 def test_a_bolt_is_recorded_where_a_stage_changes_strength_and_under_reduced_strength() -> None:
     """The model of such a stage has no bolts of its own, nor has that of a stage before they are installed."""
     block, floor = [(0, 0), (1, 0), (1, 1), (0, 1)], [(-1, -1), (2, -1), (2, 0), (-1, 0)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([floor, block], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=40.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
+    model = model_of(
+        [floor, block],
+        friction=40.0,
         gravity_direction=-110.0,
         bolts=[bsm.Bolt(start=(0.5, 0.9), end=(0.5, -0.9), diameter=0.02, name="B", stage="bolted")],
         stages=[bsm.Stage(name="bolted"), bsm.Stage(name="rain", strength={"J": 0.9})],

@@ -10,6 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.limit.conic import Answer, _infeasibility, solve_conic
 from bsm_mesh.solve.limit.interior_point import minimise
 from bsm_mesh.solve.limit.multipliers import _refined
+from tests.scenes.models import model_of
 
 EXACT = 1e-13  # over the greatest multiplier: rounding alone
 
@@ -111,11 +112,5 @@ def test_stones_on_their_corners_have_an_answer():
         [(-0.696, 2.203), (-0.415, 1.229), (-0.047, 1.124), (0.367, 2.127), (0.021, 2.441)],
         [(0.12, 3.151), (-0.378, 3.797), (-1.142, 3.306), (-1.249, 2.955), (-0.916, 2.168), (-0.139, 2.388)],
     ]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([np.array(stone) for stone in stones], rock="rock"),
-        rocks=(bsm.Rock("rock", unit_weight=26e3),),
-        joints=(bsm.Joint("joint", normal_stiffness=5e8, shear_stiffness=5e7, law=bsm.MohrCoulomb(friction=50)),),
-        default_joint="joint",
-        supports=(bsm.Fixed(blocks=[0]),),
-    )
+    model = model_of([np.array(stone) for stone in stones], gamma=26e3, friction=50, kn=5e8, ks=5e7)
     assert not bsm.limit_analysis(model).admissible

@@ -20,6 +20,7 @@ from bsm_mesh.results.joint_faces import joint_faces, status_of_shares
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import ContactStatus
 from tests.scenes import models, shapes
+from tests.scenes.models import model_of
 from tests.unit.test_run_writer import staged
 from tests.unit.test_snapshots import pushed
 
@@ -122,13 +123,7 @@ def test_a_new_face_stands_where_the_blocks_met(slid: Results) -> None:
 def test_what_is_apart_is_open_and_drawn_where_the_rock_stays() -> None:
     """A block hangs from a roof by nothing and falls: the joint above it is open by as much as it fell."""
     polygons = [shapes.rectangle(0, 0, 3, 1), shapes.rectangle(1, -1, 2, 0)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of(polygons, friction=30)
     results = bsm.run(model, MOVING)
     assert results.status == "unstable"
     faces = joint_faces(results, results.stages[0])
@@ -181,13 +176,7 @@ def test_a_tall_block_on_a_face_of_many_corners() -> None:
     """Corners in the middle of a straight edge: the shares add up to the edge, whatever they are cut into."""
     base = np.array([(0.0, -1), (3, -1), (3, 0), (2, 0), (1, 0), (0, 0)])
     top = np.array([(0.0, 0), (1, 0), (2, 0), (3, 0), (3, 1), (0, 1)])
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([base, top], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of([base, top], friction=30)
     results = bsm.run(model, MOVING)
     faces = joint_faces(results, results.stages[0])
     assert faces.length.sum() == pytest.approx(results.stages[0].contacts.length.sum())

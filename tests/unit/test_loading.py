@@ -6,18 +6,12 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.model.loading import faults_of_loading
-from tests.scenes.models import framed
+from tests.scenes.models import framed, model_of
 from tests.scenes.shapes import grid
 from tests.scenes.small_case import MODEL, Case
 
 BLOCKS = framed(bsm.Blocks.from_polygons(grid(2, 2), rock="rock"), 2, 2)
-WEIGHTLESS = bsm.Model(
-    blocks=BLOCKS,
-    rocks=[bsm.Rock("rock", unit_weight=0)],
-    joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30))],
-    default_joint="J",
-    supports=[bsm.Fixed(boundary="bottom")],
-)
+WEIGHTLESS = model_of(BLOCKS, gamma=0, friction=30, supports=[bsm.Fixed(boundary="bottom")])
 FLOATING = {"rocks": [bsm.Rock("rock", unit_weight=26e3)], "gravity_vertical": 1.0}  # all of the weight is taken away
 STRESS = bsm.InSitu(stress={"yy": -1e6})
 NO_STRESS = bsm.InSitu(stress={"yy": 0.0})

@@ -15,6 +15,7 @@ from bsm_mesh.contact.state import STATE
 from bsm_mesh.model.joint_laws import memory_of
 from bsm_mesh.model.law_faults import PAST
 from bsm_mesh.model.strength import Reduced
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 
 THEORY = Path(__file__).parents[2] / "docs/theory_joint_laws.md"
@@ -72,13 +73,7 @@ class Straight(Coulomb):
 def slab(law, angle=30.0, height=0.2, width=10.0):
     """Return a wide slab on a plane."""
     polygons = [turned(p, angle) for p in (rectangle(-1, -1, 12, 0), rectangle(0, 0, width, height))]
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=law)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    return model_of(polygons, law=law)
 
 
 def wall(beds, heads):
@@ -336,7 +331,7 @@ def test_a_law_that_names_no_state_variable_is_refused(names):
 
 
 def test_zones_refuse_a_law_whose_state_variables_they_have_not():
-    model = slab(Mated(45.0)).replace(rocks=[bsm.Rock("r", 25e3, young=1e9, poisson=0.2, zones=bsm.Zones(order=1))])
+    model = slab(Mated(45.0)).replace(rocks=[bsm.Rock("rock", 25e3, young=1e9, poisson=0.2, zones=bsm.Zones(order=1))])
     with pytest.raises(bsm.ModelError, match="joint 'J': its law remembers 'mated', and zones remember offset and sli"):
         bsm.run(model)
 

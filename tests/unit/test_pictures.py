@@ -86,14 +86,7 @@ def wedge() -> bsm.Model:
     """Return a block of 1 m on a fixed plate, over which a fixed plate lies; one of 0.1 m falls beside them."""
     shapes = [rectangle(0, 0, 10, 1), rectangle(4, 1, 5, 2), rectangle(0, 2, 10, 3), rectangle(8, 1.5, 8.1, 1.6)]
     joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[joint],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0, 2])],
-        title="Flake",
-    )
+    return model_of(shapes, joint=joint, fixed=(0, 2), title="Flake")
 
 
 @pytest.fixture(scope="module")
@@ -181,16 +174,7 @@ def test_the_extreme_stress_is_that_of_the_run() -> None:
     shapes = [rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)]
     joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
     load = bsm.PointLoad(block=0, point=(0.9, 0.5), force=(0.0, -1e7))  # on the held block
-    results = bsm.run(
-        bsm.Model(
-            blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
-            rocks=[bsm.Rock("rock", unit_weight=25e3)],
-            joints=[joint],
-            default_joint="J",
-            supports=[bsm.Fixed(blocks=[0])],
-            loads=[load],
-        )
-    )
+    results = bsm.run(model_of(shapes, joint=joint, loads=[load]))
     least, _, unknown = extreme_stresses(results.blocks, results.stages[0])
     assert unknown == 1
     assert least > principal_stresses(results.stages[0].stress)[0].min()
@@ -232,13 +216,7 @@ def test_what_stands_is_not_drawn_as_if_it_collapsed() -> None:
     shapes = [rectangle(xs[i], xs[j], xs[i + 1], xs[j + 1]) for j in range(2) for i in range(3) if (i, j) != (1, 1)]
     shapes.append(rectangle(0, 5, 9, 9))  # the roof is one block
     joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[joint],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0, 1, 2])],
-    )
+    model = model_of(shapes, joint=joint, fixed=(0, 1, 2))
     results = bsm.run(model)
     scene = Scene(results=results, number=0, title="")
     assert scene.opening == pytest.approx(1.0)
@@ -250,13 +228,7 @@ def test_what_stands_is_not_drawn_as_if_it_collapsed() -> None:
 def test_the_outline_leaves_out_what_blocks_share() -> None:
     """A long edge on two short ones: all but the outer edges are shared, T-junction or not."""
     shapes = [rectangle(0, 0, 2, 1), rectangle(0, 1, 1, 2), rectangle(1, 1, 1.5, 2)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of(shapes, friction=30.0)
     lines = Scene(results=bsm.run(model), number=0, title="").outline()
     assert np.hypot(*(lines[:, 1] - lines[:, 0]).T).sum() == pytest.approx(2 + 1 + 0.5 + 1 + 1.5 + 1 + 1)
     inner = (lines[..., 1] == 1.0).all(axis=1)

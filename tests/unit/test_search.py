@@ -21,6 +21,7 @@ from tests.scenes.contacts import (
     near_scene,
     random_wall,
 )
+from tests.scenes.models import model_of
 from tests.scenes.shapes import gmsh_triangles, grid, rectangle, running_bond, turned
 
 ATOL = 1e-9  # m, of blocks about 1 m large near the origin
@@ -241,15 +242,10 @@ def test_pairs_looked_at_apart_by_two_threads_find_the_same(monkeypatch):
         return alone
 
     monkeypatch.setattr(contact_set, "detect_contacts", both)
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(
-            [rectangle(-1, -1, 15, 0), *running_bond(4, 4), *(np.add(square, (8, 0)) for square in grid(3, 3))],
-            rock="r",
-        ),
-        rocks=[bsm.Rock("r", unit_weight=26e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=10.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
+    model = model_of(
+        [rectangle(-1, -1, 15, 0), *running_bond(4, 4), *(np.add(square, (8, 0)) for square in grid(3, 3))],
+        gamma=26e3,
+        friction=10.0,
         gravity_direction=-60.0,
     )
     bsm.run(model, bsm.Options(max_steps=60))

@@ -19,6 +19,7 @@ from bsm_mesh.results import Results
 from bsm_mesh.results.check import block_residuals
 from bsm_mesh.results.records import StepRecord
 from tests.file_operations import watched
+from tests.scenes.models import model_of
 from tests.scenes.shaken import block_on_plane, quake
 from tests.scenes.shapes import rectangle
 
@@ -30,13 +31,8 @@ MOVING = bsm.Options(scheme="continuation")
 def pushed() -> bsm.Model:
     """Return a block that is pushed over 0.5 m to a wall."""
     polygons = [rectangle(0, -1, 4, 0), rectangle(0.5, 0, 1.5, 1), rectangle(2, 0, 3, 1)]
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0, 2])],
-        loads=[bsm.PointLoad(block=1, point=(0.5, 0.3), force=(30e3, 0))],
+    return model_of(
+        polygons, friction=30, fixed=(0, 2), loads=[bsm.PointLoad(block=1, point=(0.5, 0.3), force=(30e3, 0))]
     )
 
 

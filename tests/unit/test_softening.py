@@ -12,6 +12,7 @@ import bsm_mesh as bsm
 from bsm_mesh.certificate.verify_certificate import strength_of
 from bsm_mesh.model.joint_laws import MohrCoulomb, Weaker, memory_of
 from bsm_mesh.results.evidence import law_table
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 
 LAW = MohrCoulomb(friction=40, cohesion=1e5, residual_friction=30, residual_cohesion=2e4, softening_slip=0.01)
@@ -101,13 +102,7 @@ def test_what_softens_comes_to_rest_where_the_rest_takes_over(part, scheme):
 
 def slab(law, angle):
     polygons = [turned(p, angle) for p in (rectangle(-1, -1, 25, 0), rectangle(15, 0, 20, 1))]
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=law)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    return model_of(polygons, law=law)
 
 
 @pytest.mark.heavy

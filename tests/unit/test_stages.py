@@ -15,7 +15,7 @@ from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.stress import extreme_stresses
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import grid
 
 CONTINUATION = bsm.Options(scheme="continuation")
@@ -241,13 +241,7 @@ def test_blocks_that_come_to_rest_far_off_are_noted(gap, said):
     """A unit block above a floor: it falls, rests and is stable; more than a tenth of its size, that is said."""
     floor = [(-2, -1), (3, -1), (3, 0), (-2, 0)]
     block = [(0, gap), (1, gap), (1, 1 + gap), (0, 1 + gap)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([floor, block], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of([floor, block], friction=30.0)
     stage = bsm.run(model, CONTINUATION).stages[0]
     assert stage.status == "stable"
     words = "before it reached rest, 1 block moved by more than a tenth of its size, up to 0.11 m: block 1"

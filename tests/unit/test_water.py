@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.model.water_pressure import WaterLoad
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import grid, rectangle
 
 WATER = 9810.0
@@ -65,16 +65,7 @@ def test_straight_pieces_over_the_model():
 def two_blocks(gap=0.0, **more):
     """Return two unit blocks side by side on a fixed third, the right one free to be pushed away."""
     below = rectangle(-2, -1, 6, 0)
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons([below, *grid([-1.0, 0.0], 1), *grid([gap, 1.0 + gap], 1)], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=26e3)],
-        joints=[
-            bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=45)),
-        ],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        **more,
-    )
+    return model_of([below, *grid([-1.0, 0.0], 1), *grid([gap, 1.0 + gap], 1)], gamma=26e3, friction=45, **more)
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.001, 0.5])
@@ -144,14 +135,11 @@ def test_water_in_newtons_and_millimetres_is_that_in_metres():
 
     def column(metre, pascal):
         weight = pascal / metre
-        return bsm.Model(
-            blocks=bsm.Blocks.from_polygons(
-                [metre * rectangle(-4, -1, 6, 0), metre * rectangle(0, 0, 2, 8)], rock="rock"
-            ),
-            rocks=[bsm.Rock("rock", unit_weight=25e3 * weight)],
-            joints=[bsm.Joint("J", 1e10 * weight, 1e10 * weight, law=bsm.MohrCoulomb(friction=75))],
-            default_joint="J",
-            supports=[bsm.Fixed(blocks=[0])],
+        return model_of(
+            [metre * rectangle(-4, -1, 6, 0), metre * rectangle(0, 0, 2, 8)],
+            gamma=25e3 * weight,
+            friction=75,
+            kn=1e10 * weight,
             water=bsm.Water(
                 table=[(metre * x, metre * y) for x, y in ((-4, 5.85), (0, 5.85), (2, 0), (6, 0))],
                 unit_weight=9810 * weight,

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.continuum import solve_continuum_stages
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 
 ELASTIC = 2e-3  # rock of 1e13 Pa takes the place of rigid rock
@@ -27,13 +28,7 @@ def test_a_joint_closes_by_the_hyperbola(stress):
     kn, limit = 10e9, 2e-4
     joint = bsm.Joint("J", kn, 1e9, law=bsm.MohrCoulomb(friction=30), max_closure=limit)
     blocks = bsm.Blocks.from_polygons([rectangle(0, -1, 1, 0), rectangle(0, 0, 1, 1)], rock="r")
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("r", unit_weight=stress)],
-        joints=[joint],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of(blocks, gamma=stress, joint=joint)
     for moved in both(model):
         assert_allclose(-moved[1, 1], stress * limit / (kn * limit + stress), rtol=ELASTIC)
 

@@ -9,6 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import bsm_mesh as bsm
 from bsm_mesh.model.loads import point_forces_of
+from tests.scenes.models import model_of
 
 RTOL = 1e-9  # closed forms in double precision
 SEARCH = 1e-9  # of the wedge's force at its extreme, which a search finds
@@ -207,12 +208,5 @@ def test_a_wall_slides_at_the_height_of_statics(part, admissible):
     blocks = bsm.Blocks.from_polygons([ground, stem], rock="r").with_boundary(
         "back", lambda x, y: (np.abs(x - b) < 1e-9) & (y > -1e-9)
     )
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("r", unit_weight=26e3)],
-        joints=[bsm.Joint("J", normal_stiffness=1e10, shear_stiffness=1e10, law=bsm.MohrCoulomb(friction=base))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        loads=[soil(surface=height)],
-    )
+    model = model_of(blocks, gamma=26e3, friction=base, kn=1e10, loads=[soil(surface=height)])
     assert bsm.limit_analysis(model).admissible == admissible

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import square
 
 EXACT = 1e-12
@@ -26,15 +26,7 @@ def area(corners):
 
 def on_rock(block, rock_below, water, unit_weight=GAMMA, **more):
     """Return the linear stage of a block on fixed rock, and the sums of effective normal and shear force between."""
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([rock_below, block], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=unit_weight)],
-        joints=[JOINT],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        water=water,
-        **more,
-    )
+    model = model_of([rock_below, block], gamma=unit_weight, joint=JOINT, water=water, **more)
     results = bsm.run(model, LINEAR)
     assert results.check().ok
     contacts = results.stages[-1].contacts

@@ -7,6 +7,7 @@ import pytest
 
 import bsm_mesh as bsm
 from tests.scenes.kinked_plane import KinkedPlane
+from tests.scenes.models import model_of
 
 STEEP = {"friction": 15.0, "upper": 40.0, "lower": 25.0}
 
@@ -71,13 +72,8 @@ def test_a_slab_of_zones_slides_over_the_kink_of_held_ground():
 def test_a_face_stops_at_a_corner_above_the_plane_by_a_fiftieth_of_a_block():
     base, step = [(0, -1), (4, -1), (4, 0), (0, 0)], [(4, -1), (5, -1), (5, 0.5), (4, 0.02)]
     block = [(2.5, 0), (3.5, 0), (3.5, 1), (2.5, 1)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([base, step, block], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=26e3)],
-        joints=[bsm.Joint("J", 1e10, 5e9, law=bsm.MohrCoulomb(friction=10.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0, 1])],
-        gravity_horizontal=0.25,
+    model = model_of(
+        [base, step, block], gamma=26e3, friction=10.0, kn=1e10, ks=5e9, fixed=(0, 1), gravity_horizontal=0.25
     )
     results = bsm.run(model)
     assert results.status.value == "stable"

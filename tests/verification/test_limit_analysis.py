@@ -8,6 +8,7 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.limit.analysis import limit_tilt
 from tests.scenes.arch import arch
 from tests.scenes.large import sliding_layers
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, square
 
 LP = 1e-6  # relative: the linear program is solved to 1e-8 at least, and a few digits
@@ -104,14 +105,7 @@ def test_bolt_that_hangs_a_block(strength, limit, spacing):
     weight = 26e3
     blocks = bsm.Blocks.from_polygons([rectangle(0, 1, 3, 3), rectangle(1, 0, 2, 1)], rock="rock")
     bolt = bsm.Bolt(start=(1.5, 0), end=(1.5, 2.5), diameter=0.02, spacing=spacing, **strength)
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("rock", unit_weight=weight)],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.Patton(friction=30))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        bolts=[bolt],
-    )
+    model = model_of(blocks, gamma=weight, law=bsm.Patton(friction=30), bolts=[bolt])
     found = bsm.limit_analysis(model)
     assert found.factor == pytest.approx(limit / spacing / weight, rel=1e-6)
     assert found.admissible == (limit / spacing >= weight)

@@ -96,13 +96,7 @@ def test_a_cantilever_of_cubes_bends_as_its_joints_do():
     blocks = bsm.Polyhedra.from_solids(
         [box((i, 0, 0), (i + 1, 1, 1)) for i in range(count + 1)], rock="granite", joint="J1"
     )
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("granite", unit_weight=1.0)],
-        joints=[bsm.Joint("J1", normal_stiffness=kn, shear_stiffness=1e12)],
-        default_joint="J1",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
+    model = model_of(blocks, gamma=1.0, joint=bsm.Joint("J1", normal_stiffness=kn, shear_stiffness=1e12))
     carried = count + 1 - np.arange(1, count + 1)  # cubes beyond every joint
     exact = (carried**2 / 2 / (kn / 12) * (carried - 0.5) + carried / 1e12).sum()
     assert_allclose(bsm.run(model, OPTIONS).stages[0].displacement[count, 2], -exact, rtol=1e-6)

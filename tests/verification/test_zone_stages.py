@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 
 WEIGHT, KN = 26e3, 1e9  # N/m of a block of 1 m2; Pa/m
@@ -19,14 +20,7 @@ def stack(zones, **given):
     """Return the stack on joints, of rock that hardly deforms; the base is fixed."""
     rock = bsm.Rock("rock", unit_weight=WEIGHT, young=1e13, poisson=0.0, zones=ZONES[zones])
     joint = bsm.Joint("J", normal_stiffness=KN, shear_stiffness=KN, law=bsm.MohrCoulomb(friction=35))
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(STACK, rock="rock"),
-        rocks=[rock],
-        joints=[joint],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        **given,
-    )
+    return model_of(STACK, rocks=[rock], joint=joint, **given)
 
 
 @pytest.mark.parametrize("zones", ZONES)
