@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -68,27 +69,27 @@ def limit_angle() -> Answer:
     return 35.0, limit_between(stands, 34.99, 35.01)
 
 
-def _statics_of(case: PlaneFailure, bolts: tuple[bsm.Bolt, ...] = ()) -> float:
+def statics_of(case: PlaneFailure, **given: Any) -> float:
     """Return the factor of safety from the contact forces of the linear scheme, nothing behind the crack."""
     foot = case.crack
     block = np.array([(0.0, 0.0), foot, case.top, case.crest])
     below = np.array([(0.0, 0.0), (0.0, -8.0), (foot[0], -8.0), foot])
     table = [(0.0, 0.0), (foot[0], foot[1] + case.zw)]
     water = bsm.Water(table=table, unit_weight=case.water) if case.zw else None
-    pressed, sheared, _ = on_rock(block, below, water, case.gamma, bolts)
+    pressed, sheared, _ = on_rock(block, below, water, case.gamma, **given)
     return (case.cohesion * math.hypot(*foot) + pressed * tan(case.friction)) / sheared
 
 
 def book_factors() -> Answer:
     """Compare drained; 3 m of water; drained, no cohesion; 3 m of water, no cohesion."""
     given = ((0.0, 25e3), (3.0, 25e3), (0.0, 0.0), (3.0, 0.0))
-    found = [_statics_of(hoek_and_bray(zw=zw, cohesion=cohesion)) for zw, cohesion in given]
+    found = [statics_of(hoek_and_bray(zw=zw, cohesion=cohesion)) for zw, cohesion in given]
     return np.array([1.544, 1.247, 1.076, 0.801]), np.array(found)
 
 
 def full_crack() -> Answer:
     """Compare the crack full of water; the book's crack is 4.35 m deep, the model's 4.348 m."""
-    return 1.072, _statics_of(hoek_and_bray(zw=4.348))
+    return 1.072, statics_of(hoek_and_bray(zw=4.348))
 
 
 def bolted_factors() -> Answer:
@@ -99,7 +100,7 @@ def bolted_factors() -> Answer:
         end = head + length * np.array([math.cos(math.radians(plunge)), -math.sin(math.radians(plunge))])
         bolt = bsm.Bolt(start=tuple(head), end=tuple(end), kind="end_anchored", diameter=0.04, yield_strength=steel,
                         pretension=4e5)  # fmt: skip
-        found.append(_statics_of(case, (bolt,)))
+        found.append(statics_of(case, bolts=[bolt]))
     return np.array([1.499, 2.099]), np.array(found)
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 import bsm_mesh as bsm
 from bsm_mesh.model.water_pressure import WaterLoad
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import rectangle
 from verification.case import Answer, Case
 from verification.thesis_matrices import Array, matrix_b
@@ -115,19 +116,13 @@ def bent_table() -> Answer:
 
 
 def on_rock(
-    block: Array, below: Array, water: bsm.Water | None, unit_weight: float, bolts: tuple[bsm.Bolt, ...] = ()
+    block: Array, below: Array, water: bsm.Water | None, unit_weight: float, **given: Any
 ) -> tuple[float, float, Array]:
     """Return effective normal force, shear force, and normal forces by rising x, of a block on fixed rock."""
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([below, block], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=unit_weight)],
-        joints=[bsm.Joint("J", normal_stiffness=1e10, shear_stiffness=1e9)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        water=water,
-        bolts=bolts,
-    )
-    contacts = bsm.run(model, LINEAR).stages[-1].contacts
+    joint = bsm.Joint("J", normal_stiffness=1e10, shear_stiffness=1e9)
+    results = bsm.run(model_of([below, block], gamma=unit_weight, joint=joint, water=water, **given), LINEAR)
+    assert results.check().ok
+    contacts = results.stages[-1].contacts
     pressed = -contacts.normal_force
     return float(pressed.sum()), abs(float(contacts.shear_force.sum())), pressed[np.argsort(contacts.point[:, 0])]
 

@@ -7,7 +7,7 @@ import os
 import random
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,10 +17,10 @@ from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.errors import ModelError
 from bsm_mesh.folder.own_files import CHECKPOINT, MARKER, own_files
 from bsm_mesh.folder.saved_results import SavedResults
-from bsm_mesh.folder.summary import _checksum
 from bsm_mesh.results import Results
 from tests.file_operations import names
 from tests.scenes import models, shapes
+from tests.unit.test_forged_results import forge_summary
 
 CHANGED_BYTES = 12  # of each file
 
@@ -127,14 +127,6 @@ def test_a_pipe_blocks_nobody(folder: Path, name: str) -> None:
         Results.load(folder)
 
 
-def forge(folder: Path, change: Callable[[dict[str, object]], None]) -> None:
-    """Change a summary, and its checksum with it."""
-    told = json.loads((folder / "summary.json").read_text())
-    del told["checksum"]
-    change(told)
-    (folder / "summary.json").write_text(json.dumps({**told, "checksum": _checksum(told)}))
-
-
 @pytest.mark.parametrize(
     "told",
     [
@@ -148,7 +140,7 @@ def forge(folder: Path, change: Callable[[dict[str, object]], None]) -> None:
     ],
 )
 def test_a_summary_that_was_made_up(folder: Path, told: dict[str, object]) -> None:
-    forge(folder, lambda summary: summary.update(told))
+    forge_summary(folder, lambda summary: summary.update(told))
     with pytest.raises(ModelError):
         Results.load(folder)
 
@@ -156,7 +148,7 @@ def test_a_summary_that_was_made_up(folder: Path, told: dict[str, object]) -> No
 def test_a_list_of_files_names_none_outside_the_folder(folder: Path) -> None:
     """It says what may be removed: `..` and whole paths are nobody's."""
     names = ["../mine", "/etc/passwd", "a/../../mine", "", "a\0b"]
-    forge(folder, lambda summary: summary.update(files=dict.fromkeys([*names, "pictures/a.png"])))
+    forge_summary(folder, lambda summary: summary.update(files=dict.fromkeys([*names, "pictures/a.png"])))
     (folder / MARKER).write_text("../mine\n/tmp/mine\n")
     assert own_files(folder) == {"pictures/a.png", MARKER, CHECKPOINT, "summary.json"}
 

@@ -9,7 +9,9 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus
 from tests.scenes.models import LINEAR, installed_bolts
+from tests.scenes.plane_failure import hoek_and_bray
 from tests.scenes.shapes import rectangle
+from verification.slopes import statics_of
 
 CONTINUATION = bsm.Options(scheme="continuation")
 GAMMA = 26e3
@@ -109,17 +111,13 @@ def test_capacity_below_and_above_the_weight(name):
 
 # --- C3: plane failure with a bolt ------------------------------------------------------------------------------
 
-TOE, CREST, TOP, CRACK = np.array([(0, 0), (6.928, 12), (10.928, 12), (10.928, 7.652)])
-BELOW = np.array([(0, 0), CRACK, (CRACK[0], -8.0), (0.0, -8.0)])
-PHI = 37.0
-
 
 @pytest.mark.parametrize("points", ["ends", "gauss"])
 @pytest.mark.parametrize(("plunge", "length", "published"), [(55, 8.0, 1.499), (20, 6.5, 2.099)])
 @pytest.mark.parametrize("spacing", [1.0, 2.5])
 def test_plane_failure_with_a_bolt_at_yield(plunge, length, published, spacing, points):
-    T, head = 4e5, (TOE + CREST) / 2
-    direction = np.array([np.cos(np.radians(plunge)), -np.sin(np.radians(plunge))])
+    T, case = 4e5, hoek_and_bray(cohesion=0.0)
+    head, direction = np.array(case.crest) / 2, np.array([np.cos(np.radians(plunge)), -np.sin(np.radians(plunge))])
     bolt = bsm.Bolt(
         start=head,
         end=head + length * direction,
@@ -129,16 +127,8 @@ def test_plane_failure_with_a_bolt_at_yield(plunge, length, published, spacing, 
         pretension=T * spacing,
         spacing=spacing,
     )
-    sliding = np.array([TOE, CRACK, TOP, CREST])
-    results = solve([BELOW, sliding], [bolt], options=LINEAR, contact_points=points)
-    assert results.check().ok
-    contacts = results.stages[-1].contacts
-    tan_phi = np.tan(np.radians(PHI))
-    found = -contacts.normal_force.sum() * tan_phi / abs(contacts.shear_force.sum())
-    W, p = GAMMA * results.blocks.moments.area[1], np.arctan2(*(CRACK - TOE)[::-1])
-    along = np.radians(plunge) + p
-    expected = (W * np.cos(p) + T * np.sin(along)) * tan_phi / (W * np.sin(p) - T * np.cos(along))
-    assert_allclose(found, expected, rtol=1e-10)
+    found = statics_of(case, bolts=[bolt], contact_points=points)
+    assert_allclose(found, case.factor_with_bolt(T, plunge), rtol=1e-10)
     assert_allclose(found, published, atol=1e-3)
 
 

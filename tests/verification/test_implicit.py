@@ -1,6 +1,6 @@
 """Blocks that are shaken, by the implicit integrator: closed forms, and agreement with the explicit one.
 
-The closed forms are those of `test_shaking`: Newmark (1965), a block under a harmonic acceleration, Housner (1963).
+Blocks that slide, by either integrator: `test_shaking`, which has the source of the closed form here, too.
 """
 
 from dataclasses import replace
@@ -13,41 +13,12 @@ import bsm_mesh as bsm
 from bsm_mesh.model.base_motion import GRAVITY
 from tests.scenes.shaken import (
     QUIET,
-    block_on_plane,
     housners_quarter,
     quake,
     quarter,
     rocking,
-    slide_under_a_sine,
     wall,
 )
-
-
-@pytest.mark.slow
-def test_newmark_block_slides_as_far_as_after_a_pulse():
-    a, slows, t0 = 0.5 * GRAVITY, 0.2 * GRAVITY, 0.3
-    exact = (a - slows) * t0**2 / 2 * a / slows
-    pulse = bsm.Shaking(waveform="pulse", frequency=1, cycles=t0, amplitude=a, duration=0.9, every=0.01)
-    shaking = replace(pulse, integrator="implicit", time_step=0.1)
-    stage = bsm.run(block_on_plane(shaking, friction=0.2, kn=1e10)).stages[-1]
-    assert stage.status == "stable"
-    assert_allclose(stage.stage_displacement[1, 0], -exact, rtol=3e-3)
-    assert_allclose(stage.shaking.energy[-1, [0, 5]], 0.2 * 12.5e3 * exact, rtol=3e-3)
-    assert stage.shaking.imbalance < 1e-4
-
-
-@pytest.mark.slow
-def test_a_block_slides_to_and_fro_under_a_harmonic_acceleration():
-    """Dashpots take the swinging of its spring, whose period of 2 ms no time step of 2 ms resolves."""
-    a, slows, times = 8.0, 0.8 * GRAVITY, np.linspace(0, 12.5, 12_501)
-    swing, greatest = slide_under_a_sine(a, slows)
-    record = bsm.Shaking(
-        record=(times, -a * np.sin(times)), every=0.05, time_step=0.04, integrator="implicit", contact_damping=0.5
-    )
-    watched = [bsm.History(name="b", block=1)]
-    results = bsm.run(block_on_plane(record, friction=0.8, kn=1e7, gamma=GRAVITY / 0.5, histories=watched))
-    assert_allclose(np.ptp(results.histories["b"]["u"][120:250]), swing, rtol=2e-3)
-    assert_allclose(results.stages[-1].shaking.peak_velocity[1], greatest, rtol=2e-3)
 
 
 @pytest.mark.heavy

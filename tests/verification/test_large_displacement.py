@@ -4,13 +4,12 @@
 tan psi > b / h. Arches: least thickness by limit analysis, see verification/masonry.py.
 """
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from tests.scenes.arch import arch
 from tests.scenes.models import GAMMA, LINEAR, admissible_at, model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 
@@ -86,21 +85,12 @@ def test_limit_angle_of_sliding_within_a_hundredth_of_a_degree(friction, kn):
     assert solve(incline(5, friction, friction + 0.01, kn, base=base)).status == "unstable"
 
 
-def arch(n, thickness, kn):
-    angle = np.linspace(np.pi, 0, n + 1)
-    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    inner, outer = 1 - thickness / 2, 1 + thickness / 2
-    stones = [np.array([inner * a, inner * b, outer * b, outer * a]) for a, b in pairwise(ray)]
-    springings = [np.array([(s * inner, 0), (s * outer, 0), (s * outer, -0.2), (s * inner, -0.2)]) for s in (-1, 1)]
-    return model_of([*stones, *springings], friction=89.0, kn=kn, fixed=(n, n + 1))
-
-
 @pytest.mark.heavy
 @pytest.mark.parametrize(("kn", "within"), [(1e10, 0.01), (1e9, 0.02)])
 @pytest.mark.parametrize("n", THICKNESS)
 def test_least_thickness_of_an_arch(n, kn, within):
-    assert solve(arch(n, THICKNESS[n] * (1 + within), kn)).status == "stable"
-    fallen = solve(arch(n, THICKNESS[n] * (1 - within), kn))
+    assert solve(arch(n, THICKNESS[n] * (1 + within), kn=kn)).status == "stable"
+    fallen = solve(arch(n, THICKNESS[n] * (1 - within), kn=kn))
     assert fallen.status == "unstable"
     assert fallen.unstable_blocks.size >= n // 2
     assert not set(fallen.unstable_blocks) & {n, n + 1}
@@ -223,8 +213,8 @@ def test_a_stable_end_is_statically_admissible(name, friction):
         "slab": lambda: model_of([rectangle(-5, -1, 5, 0), slab], friction=40, kn=1e10),
         "stack": lambda: model_of([rectangle(0.4 * k, 0.5 * k, 0.4 * k + 1, 0.5 * k + 0.5) for k in range(2)], kn=1e10),
         "toppled": lambda: incline(25, 40, 30, 1e10),
-        "arch": lambda: arch(16, 0.12, 1e10),
-        "thin arch": lambda: arch(16, THICKNESS[16] * 1.01, 1e10),
+        "arch": lambda: arch(16, 0.12),
+        "thin arch": lambda: arch(16, THICKNESS[16] * 1.01),
     }[name]()
     results = solve(model)
     assert results.status == "stable"

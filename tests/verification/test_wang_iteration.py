@@ -4,7 +4,7 @@ A cycle moves a sliding block by its residual over the shear stiffness under it,
 slide of L under P takes L k_s b / (P - W tan phi) times that part of cycles, b being the width of the block.
 """
 
-from itertools import pairwise
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from tests.scenes import models
+from tests.scenes.arch import arch
 from tests.scenes.models import LINEAR
 from tests.scenes.pushed_block import FRICTION, GAMMA, GAP, PUSH, WIDTH, example_2
 from tests.scenes.shapes import rectangle, running_bond, turned
@@ -23,15 +25,7 @@ def wang(**given):
     return bsm.Options(scheme="wang", **given)
 
 
-def model_of(polygons, *, friction=FRICTION, kn=1e9, fixed=(0,), **given):
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=GAMMA)],
-        joints=[bsm.Joint("J", kn, kn, law=bsm.MohrCoulomb(friction=friction))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=list(fixed))],
-        **given,
-    )
+model_of = partial(models.model_of, gamma=GAMMA, friction=FRICTION)
 
 
 @pytest.mark.heavy
@@ -102,21 +96,12 @@ def test_a_block_on_an_incline_is_stable_below_its_friction_only(friction):
     assert bsm.run(incline(friction + 0.05, friction), wang()).status != "stable"
 
 
-def arch(thickness, n=16):
-    angle = np.linspace(np.pi, 0, n + 1)
-    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    inner, outer = 1 - thickness / 2, 1 + thickness / 2
-    stones = [np.array([inner * a, inner * b, outer * b, outer * a]) for a, b in pairwise(ray)]
-    feet = [np.array([(s * inner, 0), (s * outer, 0), (s * outer, -0.2), (s * inner, -0.2)]) for s in (-1, 1)]
-    return model_of([*stones, *feet], friction=89.0, kn=1e10, fixed=(n, n + 1))
-
-
 def test_an_arch_stands_above_its_least_thickness_only():
     """Limit analysis of 16 straight voussoirs: t / R = 0.10708."""
-    stands = bsm.run(arch(0.115), wang())
+    stands = bsm.run(arch(16, 0.115), wang())
     assert stands.status == "stable"
     assert stands.check().ok
-    assert bsm.run(arch(0.1), wang()).status == "unstable"
+    assert bsm.run(arch(16, 0.1), wang()).status == "unstable"
 
 
 @pytest.mark.parametrize(("part", "status"), [(0.9, "not_converged"), (1.1, "stable")])
