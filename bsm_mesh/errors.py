@@ -118,6 +118,15 @@ def placed(place: str) -> Iterator[None]:
         raise ModelError([f"{place}: {fault}" for fault in error.faults]) from error
 
 
+@contextmanager
+def gathered(faults: list[str], place: str = "") -> Iterator[None]:
+    """Add the faults of the `ModelError` raised within to a list, each with its place."""
+    try:
+        yield
+    except ModelError as error:
+        faults.extend(f"{place}: {fault}" if place else fault for fault in error.faults)
+
+
 def printable(text: str) -> str:
     r"""Return a text that can be shown on a terminal: characters that would steer it are escaped.
 

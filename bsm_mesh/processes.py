@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import os
 import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError
@@ -32,6 +35,25 @@ def python_command(module: str, *arguments: str) -> list[str]:
     if not sys.executable:
         raise ModelError("this Python is part of another program and cannot start itself: run bsm-mesh by its own")
     return [sys.executable, "-P", "-c", _RUN, str(Path(__file__).parents[1]), module, *arguments]
+
+
+def limit_process(seconds: int, memory: int) -> None:
+    """Limit the processor time [s] and address space [bytes] that this process may still take, where a system can."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+    room = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    limits = {
+        resource.RLIMIT_CORE: 0,
+        resource.RLIMIT_CPU: math.ceil(used + seconds),
+        resource.RLIMIT_AS: min(memory, max(1 << 30, room)),
+    }
+    for kind, most in limits.items():
+        hard = resource.getrlimit(kind)[1]
+        with suppress(OSError, ValueError):  # macOS knows no limit of address space
+            resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
 
 def run_with_lines(command: list[str], heard: Callable[[str], None], *, cwd: Path) -> subprocess.CompletedProcess[str]:

@@ -21,20 +21,12 @@ SPECIAL = {
 
 def as_path(name: str, value: object) -> Path:
     """Return the input as a path; raise `ModelError` for a value that is no path, by its name."""
-    if fault := path_fault(name, value):
-        raise ModelError(fault)
-    assert isinstance(value, str | os.PathLike)
-    return Path(value)
-
-
-def path_fault(name: str, value: object) -> str | None:
-    """Return why the input is no path, or None."""
     try:
         if isinstance(value, str | os.PathLike) and isinstance(os.fspath(value), str):
-            return None
+            return Path(value)
     except TypeError:  # a class that only says that it is a path
         pass
-    return f"{name} is of the kind {type(value).__name__}; it must be a path, for example a text in quotes"
+    raise ModelError(f"{name} is of the kind {type(value).__name__}; it must be a path, for example a text in quotes")
 
 
 def as_typed(command: str, path: str | os.PathLike[str]) -> str:

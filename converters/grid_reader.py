@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from bsm_mesh.converters.vtk_library import content_of_vtu, load_vtk
 from bsm_mesh.errors import ModelError
-from bsm_mesh.processes import python_command
+from bsm_mesh.processes import limit_process, python_command
 
 SECONDS, SECONDS_A_MEGABYTE = 10.0, 1.0  # of the processor, a hundred times what VTK needs
 WAITING = 60.0  # s; more of these may pass on the wall, and four times as many: a slow disk, a busy machine
@@ -156,25 +156,6 @@ def _sent(stream: IO[bytes], told: Content, arrays: dict[str, npt.NDArray[Any]])
     stream.flush()
 
 
-def _limit(size: int) -> None:
-    """Limit time and memory for the next file, of `size` bytes; nothing where the system knows no limits."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-    room = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    limits = {
-        resource.RLIMIT_CORE: 0,
-        resource.RLIMIT_CPU: math.ceil(used + _seconds(size)),
-        resource.RLIMIT_AS: min(MEMORY + MEMORY_A_BYTE * size, max(1 << 30, room)),
-    }
-    for kind, most in limits.items():
-        hard = resource.getrlimit(kind)[1]
-        with suppress(OSError, ValueError):  # macOS knows no limit of address space
-            resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
-
-
 def _main() -> None:
     """Read every unstable block stdin, file by file, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the process that asked ends this one
@@ -184,7 +165,7 @@ def _main() -> None:
     while len(head := sys.stdin.buffer.read(8)) == 8:
         size = int.from_bytes(head, "little")
         content = sys.stdin.buffer.read(size)
-        _limit(size)
+        limit_process(_seconds(size), MEMORY + MEMORY_A_BYTE * size)
         try:
             told, arrays = content_of_vtu(content)
         except Exception:  # whatever a damaged file makes VTK and NumPy raise

@@ -19,6 +19,7 @@ from bsm_mesh.geometries.cutting.block_cut import BlockCut
 from bsm_mesh.geometries.cutting.fans import divide_faces
 from bsm_mesh.geometries.cutting.pieces import IntArray
 from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.parameters import Checks
 from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 
@@ -47,18 +48,7 @@ def write_blocks(cut: BlockCut, path: str | os.PathLike[str]) -> Path:
     points, triangles, block = divide_faces(cut)
     groups, of_group = surface_groups(cut)
     with gmsh_session("blocks") as gmsh:
-        first = True
-        surfaces: dict[str, list[int]] = {}
-        for number, names in enumerate(groups):
-            surface = gmsh.model.addDiscreteEntity(2)
-            if first:
-                flat = np.column_stack([points, np.zeros(len(points))]).ravel()
-                gmsh.model.mesh.addNodes(2, surface, np.arange(1, len(points) + 1), flat)
-            first = False
-            chosen = triangles[of_group[block] == number]
-            gmsh.model.mesh.addElementsByType(surface, TRIANGLE, [], (chosen + 1).ravel())
-            for name in names:
-                surfaces.setdefault(name, []).append(surface)
+        surfaces = add_surfaces(gmsh, points, groups, {TRIANGLE: (triangles, of_group[block])})
         curves = {name: [add_lines(gmsh, edges)] for name, edges in _curve_groups(cut).items()}
         gmsh.model.mesh.reclassifyNodes()
         name_groups(surfaces | curves)
@@ -142,6 +132,28 @@ def _curve_groups(cut: BlockCut) -> dict[str, IntArray]:
         key = physical_groups.joint(name)
         groups[key] = np.concatenate([groups[key], edges]) if key in groups else edges
     return groups | {physical_groups.boundary(name): edges for name, edges in cut.boundaries.items()}
+
+
+def add_surfaces(
+    gmsh: Any, points: FloatArray, groups: list[list[str]], elements: Mapping[int, tuple[IntArray, IntArray]]
+) -> dict[str, list[int]]:
+    """Add points and a surface a kind of block; return the tags of each group's surfaces.
+
+    Of each of Gmsh's element types: points of the elements (k, corners), from 0, and their kinds of block (k,).
+    """
+    surfaces: dict[str, list[int]] = {}
+    for number, names in enumerate(groups):
+        surface = gmsh.model.addDiscreteEntity(2)
+        if number == 0:
+            flat = np.column_stack([points, np.zeros(len(points))]).ravel()
+            gmsh.model.mesh.addNodes(2, surface, np.arange(1, len(points) + 1), flat)
+        for shape, (nodes, kind) in elements.items():
+            chosen = nodes[kind == number]
+            if len(chosen):
+                gmsh.model.mesh.addElementsByType(surface, shape, [], (chosen + 1).ravel())
+        for name in names:
+            surfaces.setdefault(name, []).append(surface)
+    return surfaces
 
 
 def add_lines(gmsh: Any, edges: IntArray) -> int:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from bsm_mesh.geometries import physical_groups
-from bsm_mesh.geometries.block_files import add_lines, surface_groups
+from bsm_mesh.geometries.block_files import add_lines, add_surfaces, surface_groups
 from bsm_mesh.geometries.cutting.block_cut import BlockCut
 from bsm_mesh.geometries.cutting.faces import Faces
 from bsm_mesh.geometries.cutting.fans import delaunay_triangles
@@ -46,18 +46,8 @@ def quarter_blocks(cut: BlockCut, path: str | os.PathLike[str]) -> Path:
     points, elements = _divide(cut, len(cut.points) + middle, len(sides))
     groups, of_block = surface_groups(cut)
     with gmsh_session("quarters") as gmsh:
-        surfaces: dict[str, list[int]] = {}
-        for number, names in enumerate(groups):
-            surface = gmsh.model.addDiscreteEntity(2)
-            if number == 0:
-                flat = np.column_stack([points, np.zeros(len(points))]).ravel()
-                gmsh.model.mesh.addNodes(2, surface, np.arange(1, len(points) + 1), flat)
-            for shape, (nodes, block) in elements.items():
-                chosen = nodes[of_block[block] == number]
-                if len(chosen):
-                    gmsh.model.mesh.addElementsByType(surface, shape, [], (chosen + 1).ravel())
-            for name in names:
-                surfaces.setdefault(name, []).append(surface)
+        kinds = {shape: (nodes, of_block[block]) for shape, (nodes, block) in elements.items()}
+        surfaces = add_surfaces(gmsh, points, groups, kinds)
         lines = {physical_groups.joint(name): edges for name, edges in cut.joints.items() if len(edges)}
         lines |= {physical_groups.boundary(name): edges for name, edges in cut.boundaries.items()}
         curves = {name: [add_lines(gmsh, _halves(edges, sides, len(cut.points)))] for name, edges in lines.items()}

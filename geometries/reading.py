@@ -10,7 +10,6 @@ from pathlib import Path
 from bsm_mesh import reading
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.errors import GeometryError
-from bsm_mesh.reading import path_fault, special_fault
 
 
 @contextmanager
@@ -24,16 +23,14 @@ def faults_of_geometry() -> Iterator[None]:
 
 def as_path(name: str, value: object) -> Path:
     """Return the input as a path; raise `GeometryError` for a value that is no path, by its name."""
-    if fault := path_fault(name, value):
-        raise GeometryError(fault)
-    assert isinstance(value, str | os.PathLike)
-    return Path(value)
+    with faults_of_geometry():
+        return reading.as_path(name, value)
 
 
 def refuse_special(path: str | os.PathLike[str]) -> None:
     """Raise `GeometryError` for a file that is not regular: a pipe or a device may never end."""
-    if fault := special_fault(path):
-        raise GeometryError(fault)
+    with faults_of_geometry():
+        reading.refuse_special(path)
 
 
 def read_text(path: Path) -> str:

@@ -124,10 +124,7 @@ def _space_rows(found: SpaceLimit, numbers: tuple[int, ...], strength: bool) -> 
         ("stage", found.stage),
         ("contact points", str(found.points)),
         ("of them without a limit of strength", str(found.unlimited)),
-        (
-            f"greatest factor on {'the strength' if strength else which}",
-            f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit",
-        ),
+        _factor_row("the strength" if strength else which, found.factor),
     ]
 
 
@@ -162,15 +159,15 @@ def _strength_rows(found: StrengthLimit) -> list[tuple[str, str]]:
     """Return the table of a factor of strength."""
     return [
         ("stage", found.stage),
-        ("greatest factor on the strength", f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"),
+        _factor_row("the strength", found.factor),
         ("contacts", str(found.contacts.count)),
         ("of them without a limit of strength", str(found.unlimited)),
         ("linear programs", f"{found.programs} in {found.seconds:.2g} s"),
     ]
 
 
-def _admitted(found: LimitAnalysis) -> str:
-    return "yes (statically admissible)" if found.admissible else "no (statically inadmissible)"
+def _factor_row(which: str, factor: float) -> tuple[str, str]:
+    return f"greatest factor on {which}", f"{factor:.6g}" if math.isfinite(factor) else "no limit"
 
 
 def _meaning(factor: float, which: str) -> str:
@@ -191,13 +188,13 @@ def _rows(
 ) -> list[tuple[str, str]]:
     which = f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads together"
     without = f", without load {', '.join(map(str, numbers))}" if numbers else ""
-    factor = f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"
+    admitted = "yes (statically admissible)" if found.admissible else "no (statically inadmissible)"
     rows = [
         ("stage", found.stage),
-        (f"can forces within strength balance the loads{without}?", _admitted(found)),
+        (f"can forces within strength balance the loads{without}?", admitted),
         ("contacts", str(found.contacts.count)),
         ("of them without a limit of strength", str(found.unlimited)),
-        (f"greatest factor on {which}", factor),
+        _factor_row(which, found.factor),
     ]
     if angle is not None:
         rows.append((f"greatest further tilt to the {side}", f"{angle:.4f} degrees"))

@@ -24,6 +24,7 @@ from bsm_mesh.contact.state import ContactState
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of, signed
 from bsm_mesh.model.strength import law_name
+from bsm_mesh.movements import turned
 
 # Contacts whose response is evaluated in one go: temporary arrays stay in the cache. As many are worth a thread in
 # explicit motion; with fewer, threads wait more than they work.
@@ -110,13 +111,6 @@ class Evaluation:
         """Which contacts carry their full shear strength, (m,): they slip, or are about to."""
         full: BoolArray = self.bears & ~(self.sticking & (np.abs(self.shear) < (1 - ROUNDING) * self.strength))
         return full
-
-
-def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
-    """Return vectors (k, 2) rotated by angles (k,) [rad]."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x, y = vectors.T
-    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
 def evaluate(

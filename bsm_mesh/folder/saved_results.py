@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import MAX_NAMED, ModelError, raise_faults
+from bsm_mesh.errors import MAX_NAMED, ModelError, gathered, raise_faults
 from bsm_mesh.folder.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, link_on_the_way, run_number
 from bsm_mesh.folder.results_folder import ResultsFolder
 from bsm_mesh.folder.summary import finished_stages, read_summary
@@ -75,10 +75,8 @@ class SavedResults:
                 if path.stat().st_size != listed["bytes"]:
                     faults.append(_damaged(path))
             else:
-                try:
+                with gathered(faults):
                     self.content(name)
-                except ModelError as error:
-                    faults.extend(error.faults)
         raise_faults(faults)
 
     def content(self, name: str) -> bytes:

@@ -117,6 +117,12 @@ class EdgeTable:
         return starts, np.diff(np.append(starts, len(self.keys)))
 
 
+def pairs_of(one: IntArray, other: IntArray) -> IntArray:
+    """Return a number of every pair of blocks, whichever is first, (k,) int64."""
+    number: IntArray = (np.minimum(one, other).astype(np.int64) << 32) | np.maximum(one, other)
+    return number
+
+
 def _keys(first: npt.NDArray[np.integer], last: npt.NDArray[np.integer], base: int) -> LongArray:
     keys: LongArray = np.minimum(first, last).astype(np.int64) * base + np.maximum(first, last)
     return keys

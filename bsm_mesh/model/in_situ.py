@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
+from bsm_mesh.errors import as_given, gathered, nearest, raise_faults
 from bsm_mesh.given import Given, by_default
 from bsm_mesh.model.loads import linear_field
 from bsm_mesh.model.quantities import COORDINATE, DIRECTION, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
@@ -184,8 +184,6 @@ def _components(value: Any, rules: Rules) -> tuple[tuple[float, ...], ...]:
         return ()
     found = []
     for name, part in zip(names, value, strict=True):
-        try:
+        with gathered(rules.faults):
             found.append(linear_field(part, f"in_situ: stress {name}", axes=2 if names is IN_PLANE else 3))
-        except ModelError as error:
-            rules.faults.extend(error.faults)
     return tuple(found)

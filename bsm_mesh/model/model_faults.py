@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh import space
-from bsm_mesh.errors import ModelError, counted, nearest, place
+from bsm_mesh.errors import ModelError, counted, gathered, nearest, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.flow_faults import flow_faults, water_weight_faults
@@ -57,10 +57,8 @@ def model_faults(model: Model) -> list[str]:
         faults.append(
             f"default_joint: there is no joint '{model.default_joint}'{nearest(model.default_joint, joint_names)}"
         )
-    try:
+    with gathered(faults):
         bars_of(model.supports, blocks)
-    except ModelError as error:
-        faults.extend(error.faults)
     for number, load in enumerate(model.loads):
         faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, model))
     faults.extend(_ground_faults(model, joint_names))
@@ -81,11 +79,9 @@ def _bolt_faults(model: Model) -> Sequence[str]:
     ]
     if unknown or not model.bolts:
         return unknown
-    try:
+    with gathered(unknown):
         pass_blocks(model.bolts, model.blocks, model.stages)
-    except ModelError as error:
-        return error.faults
-    return []
+    return unknown
 
 
 def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
@@ -228,11 +224,10 @@ def _load_faults(load: Load, model: Model) -> list[str]:
             return ["in_situ = true needs the field: give [in_situ] with surface and k0, or stress = {xx, yy, xy}"]
         return []
     if not isinstance(load, PointLoad):
-        try:
+        faults: list[str] = []
+        with gathered(faults):
             point_forces_of([load], blocks)
-        except ModelError as error:
-            return list(error.faults)
-        return []
+        return faults
     if not 0 <= load.block < blocks.count:
         return [f"there is no block {load.block}; blocks are numbered 0 to {blocks.count - 1}"]
     if len(load.point) != 2:

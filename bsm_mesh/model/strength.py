@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
+from bsm_mesh.errors import gathered, nearest, placed, raise_faults
 from bsm_mesh.model.bolt_layout import label
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws import (
@@ -177,11 +177,10 @@ def joints_and_rocks_at(model: Model, factors: Mapping[str, float]) -> tuple[tup
 
 def strength_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
     """Return what `with_strength` would raise, a sentence each."""
-    try:
+    faults: list[str] = []
+    with gathered(faults):
         joints_and_rocks_at(model, factors)
-    except ModelError as error:
-        return list(error.faults)
-    return []
+    return faults
 
 
 def _name_faults(model: Model, factors: Mapping[str, float]) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from bsm_mesh import space
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import ModelError, listing, raise_faults
+from bsm_mesh.errors import ModelError, gathered, listing, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.locate import blocks_at
@@ -223,10 +223,8 @@ def bars_of(supports: Sequence[Support], blocks: Blocks) -> Bars:
         if isinstance(support, Bars):
             parts.append(support)
             continue
-        try:
+        with gathered(faults, f"support {number + 1} ({type(support).__name__})"):
             parts.extend(_bars_of_one(support, number, blocks))
-        except ModelError as error:
-            faults.extend(f"support {number + 1} ({type(support).__name__}): {fault}" for fault in error.faults)
     raise_faults(faults)
     if len(parts) == 1:
         return parts[0]

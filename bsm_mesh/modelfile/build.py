@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from bsm_mesh.errors import MeshWarning, ModelError, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
@@ -22,6 +22,7 @@ from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.modelfile.build_bolts import make_bolts
 from bsm_mesh.modelfile.build_mesh import read_blocks
 from bsm_mesh.modelfile.build_parts import (
+    collected,
     make_history,
     make_in_situ,
     make_joint,
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
 Reporter = Callable[[str], None]
 Mesher: TypeAlias = "Callable[[ModelFile, Path, Reach], tuple[Blocks, MeshReport]]"
 """Returns the blocks of a mesh, and the report on it: `read_blocks`, or what keeps what that returned."""
-Made = TypeVar("Made")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -192,26 +192,26 @@ def build_file(
 def _build_plane(file: ModelFile, path: Path, reach: Reach, report: Reporter, mesher: Mesher) -> LoadedModel:
     """Return the model of a model file that was read, with its options and the notes on its mesh, by a `Mesher`."""
     faults: list[str] = []
-    rocks = _collect(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
-    joints = _collect(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
-    supports = _collect(
+    rocks = collected(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
+    joints = collected(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
+    supports = collected(
         faults, [partial(make_supports, table, f"[[support]] number {k + 1}") for k, table in enumerate(file.support)]
     )
-    loads = _collect(
+    loads = collected(
         faults, [partial(make_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load)]
     )
-    ground = _collect(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
-    water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
-    flow = _collect(faults, [] if file.flow is None else [partial(make_flow, file.flow)])
-    stages = _collect(faults, [partial(make_stage, table, reach) for table in file.stage])
+    ground = collected(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
+    water = collected(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
+    flow = collected(faults, [] if file.flow is None else [partial(make_flow, file.flow)])
+    stages = collected(faults, [partial(make_stage, table, reach) for table in file.stage])
     stage_names = [INITIAL, *(table.name for table in file.stage)]
-    histories = _collect(faults, [partial(make_history, table, reach, stage_names) for table in file.history])
-    options = _collect(faults, [partial(make_options, file.solver, file.falls)])
-    _collect(faults, [partial(output_folder, file, path, reach)])
+    histories = collected(faults, [partial(make_history, table, reach, stage_names) for table in file.history])
+    options = collected(faults, [partial(make_options, file.solver, file.falls)])
+    collected(faults, [partial(output_folder, file, path, reach)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
     blocks, mesh_report = mesher(file, path, reach)
-    bolts = _collect(
+    bolts = collected(
         faults,
         [
             partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, reach)
@@ -295,14 +295,3 @@ def _dangling(report: MeshReport) -> dict[str, int]:
             if name.startswith("joint:"):
                 found[name] = found.get(name, 0) + count
     return found
-
-
-def _collect(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:
-    """Return the objects of the makers; add the faults of those that fail."""
-    made = []
-    for maker in makers:
-        try:
-            made.append(maker())
-        except ModelError as error:
-            faults.extend(error.faults)
-    return made

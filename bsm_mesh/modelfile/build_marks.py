@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import ModelError, gathered, raise_faults
 from bsm_mesh.modelfile.mesh_tables import LineFile
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
@@ -43,10 +43,8 @@ def marks_of(file: ModelFile, reach: Reach) -> Marks | None:
     lines: dict[str, list[FloatArray]] = {}
     for name, table in file.joint.items():
         if table.along is not None:
-            try:
+            with gathered(faults, f"[joint.{name}] along"):
                 lines[name] = _lines(table.along, reach)
-            except ModelError as error:
-                faults += [f"[joint.{name}] along: {fault}" for fault in error.faults]
     places = {}
     for name, boundary in file.boundary.items():
         given: Mapping[str, float | None] = {limit: getattr(boundary, limit) for limit in LIMITS}

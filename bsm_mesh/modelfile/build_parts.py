@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from bsm_mesh.errors import ModelError, placed, raise_faults
+from bsm_mesh.errors import ModelError, gathered, placed, raise_faults
 from bsm_mesh.model.beside import unknown_stages
 from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.falls import Falls
@@ -50,6 +50,7 @@ NEEDS_LAW = (
     'Others are "patton" (cohesion is that of its second line: asperities that shear off, with dilation), '
     '"barton_bandis" (jrc, jcs, residual_friction) and "ladanyi_archambault" (friction, dilation, jcs)'
 )
+Made = TypeVar("Made")
 REASONS = {("patton", "residual_cohesion"): ": the part that shears off is its cohesion"}
 
 
@@ -151,6 +152,15 @@ def make_supports(table: SupportTable, place: str) -> list[Support]:
         return [Fixed(**where)]  # of an edge or a point both components are all there is
     axes = {"x": 0.0, "y": 90.0}
     return [Roller(**where, direction=axes[axis]) for axis in sorted(table.fix or [])]
+
+
+def collected(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:
+    """Return the objects of the makers; add the faults of those that fail."""
+    made = []
+    for maker in makers:
+        with gathered(faults):
+            made.append(maker())
+    return made
 
 
 def make_load(table: LoadTable, place: str) -> Load:

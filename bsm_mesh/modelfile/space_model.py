@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from bsm_mesh.errors import ModelError, placed, raise_faults
 from bsm_mesh.model.histories import History
@@ -14,7 +12,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import HeadPlane, Water
 from bsm_mesh.modelfile.build_bolts import make_space_bolts
-from bsm_mesh.modelfile.build_parts import make_in_situ, make_load, make_options, make_supports
+from bsm_mesh.modelfile.build_parts import collected, make_in_situ, make_load, make_options, make_supports
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
 from bsm_mesh.modelfile.reach import Reach
@@ -37,30 +35,24 @@ def build_space_model(file: SpaceFile, path: Path, reach: Reach, cutter: Cutter 
 def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
     """Return the model of a file whose blocks are cut; errors as of `build_space_model`."""
     file, path, faults = loaded.file, loaded.path, list[str]()
-
-    def made(makers: Iterator[Callable[[], Any]]) -> list[Any]:
-        found = []
-        for make in makers:
-            try:
-                found.append(make())
-            except ModelError as error:
-                faults.extend(f"{path.name}: {fault}" for fault in error.faults)
-        return found
-
-    supports = made(
-        partial(make_supports, SupportTable(**table.model_dump()), f"[[support]] number {k + 1}")
-        for k, table in enumerate(file.support)
+    supports = collected(
+        faults,
+        (
+            partial(make_supports, SupportTable(**table.model_dump()), f"[[support]] number {k + 1}")
+            for k, table in enumerate(file.support)
+        ),
     )
-    loads = made(partial(_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load))
-    bolts = made(
-        partial(make_space_bolts, table, f"[[bolt]] number {k + 1}", reach) for k, table in enumerate(file.bolt)
+    loads = collected(faults, (partial(_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load)))
+    bolts = collected(
+        faults,
+        (partial(make_space_bolts, table, f"[[bolt]] number {k + 1}", reach) for k, table in enumerate(file.bolt)),
     )
-    stages = made(partial(_stage, table) for table in file.stage)
-    water = made(iter([] if file.water is None else [partial(_water, file.water, "[water]")]))
-    ground = made(iter([] if file.in_situ is None else [partial(make_in_situ, file.in_situ)]))
-    histories = made(partial(History, **table.model_dump()) for table in file.history)
-    options = made(iter([partial(make_options, file.solver, file.falls)]))
-    raise_faults(faults)
+    stages = collected(faults, [partial(_stage, table) for table in file.stage])
+    water = collected(faults, [] if file.water is None else [partial(_water, file.water, "[water]")])
+    ground = collected(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
+    histories = collected(faults, [partial(History, **table.model_dump()) for table in file.history])
+    options = collected(faults, [partial(make_options, file.solver, file.falls)])
+    raise_faults([f"{path.name}: {fault}" for fault in faults])
     with placed(path.name):
         model = Model(
             blocks=loaded.blocks,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
+from bsm_mesh.errors import ModelError, gathered, nearest, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.changes import NAMES, Change, change_of
 from bsm_mesh.model.model import Model
@@ -215,10 +215,8 @@ class Variation:
     def _with(self, values: Mapping[str, object]) -> dict[str, Any]:
         content, faults = copy.deepcopy(self._content), list[str]()
         for key, value in values.items():
-            try:
+            with gathered(faults, self.path.name):
                 put(content, key, value.item() if isinstance(value, np.generic) else value, type(self.file))
-            except ModelError as error:
-                faults.extend(f"{self.path.name}: {fault}" for fault in error.faults)
         raise_faults(faults)
         return content
 

@@ -188,7 +188,7 @@ def _placed_corners(blocks: Blocks, stage: StageResult) -> FloatArray:
 def block_residuals(results: Results, stage: StageResult) -> FloatArray:
     """Return the force out of balance of every block, (n, 3) [N/m, N/m, N/m: moment over radius of gyration]."""
     total, centroid = stage.loads + stage.reactions, _centroids(results, stage)
-    for block, point, force in _point_forces(stage):
+    for block, point, force in point_forces(stage):
         arm = point - centroid[block]
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         for column, part in enumerate((force[:, 0], force[:, 1], moment)):
@@ -201,13 +201,13 @@ def block_residuals(results: Results, stage: StageResult) -> FloatArray:
 def _rounding(results: Results, stage: StageResult) -> FloatArray:
     """Return the part of the blocks' residuals that rounding of coordinates can cause, by their moments, (n,) [N/m]."""
     borne = np.zeros(results.blocks.count)
-    for block, _, force in _point_forces(stage):
+    for block, _, force in point_forces(stage):
         borne += np.bincount(block, np.hypot(*force.T), minlength=len(borne))
     far = float(np.abs(_centroids(results, stage)[stage.present]).max(initial=0.0))
     return ROUNDINGS * far * borne / results.blocks.moments.gyration
 
 
-def _point_forces(stage: StageResult) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+def point_forces(stage: StageResult) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
     """Yield block, point and force of what acts at points of blocks: contacts, on both sides, and bolts."""
     contacts, force = stage.contacts, stage.contacts.force
     yield contacts.block_b, contacts.point, force

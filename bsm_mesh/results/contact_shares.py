@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.edges import pairs_of
 from bsm_mesh.model.faces import Faces
 from bsm_mesh.movements import turned
 from bsm_mesh.results.movement import as_given, displacement_of
@@ -127,7 +128,7 @@ def _sides(blocks: Blocks, contacts: ContactForces, moved: FloatArray) -> tuple[
     corner, _, reach = _reaches(blocks, contacts, moved, contacts.block_a)
     side = np.sign(np.sign(reach[1]) - np.sign(reach[0]))
     flat = np.flatnonzero((reach > 0).all(axis=0))
-    pair = _pair(contacts.block_a, contacts.block_b)
+    pair = pairs_of(contacts.block_a, contacts.block_b)
     flat = flat[np.lexsort((contacts.length[flat], corner[flat], pair[flat]))]
     _, offset, of_b = _reaches(blocks, contacts, moved, contacts.block_b)
     common = np.minimum(reach, np.maximum(of_b + np.stack([-offset, offset]), 0.0))[:, flat]
@@ -209,9 +210,9 @@ def cover_of(blocks: Blocks, given: Faces, contacts: ContactForces, shares: Shar
 
 def _cover(blocks: Blocks, given: Faces, contacts: ContactForces, first: FloatArray, last: FloatArray) -> Cover:
     """Return how shares with the ends given, (m, 2) each, cover the given faces."""
-    of_face = _pair(blocks.owner[given.edge_a], blocks.owner[given.edge_b])
+    of_face = pairs_of(blocks.owner[given.edge_a], blocks.owner[given.edge_b])
     order = np.argsort(of_face, kind="stable")
-    pair, count = _pair(contacts.block_a, contacts.block_b), len(of_face)
+    pair, count = pairs_of(contacts.block_a, contacts.block_b), len(of_face)
     low, high = (np.searchsorted(of_face[order], pair, side=side) for side in ("left", "right"))
     row, place = _ranges(low, high)
     face = order[place]
@@ -236,7 +237,7 @@ def _cover(blocks: Blocks, given: Faces, contacts: ContactForces, first: FloatAr
 def joined_shares(contacts: ContactForces, shares: Shares, face: IntArray) -> tuple[IntArray, IntArray]:
     """Return the contacts that make faces: `one` and, where two shares meet, `other` behind it, else -1; (k,) each."""
     along = (shares.centre * shares.direction).sum(axis=1)
-    pair = _pair(contacts.block_a, contacts.block_b)
+    pair = pairs_of(contacts.block_a, contacts.block_b)
     order = np.lexsort((along, face, pair))
     k, n = order[:-1], order[1:]
     gap = ((shares.first[n] - shares.last[k]) * shares.direction[k]).sum(axis=1)
@@ -248,12 +249,6 @@ def joined_shares(contacts: ContactForces, shares: Shares, face: IntArray) -> tu
     is_second = np.zeros(len(order), dtype=bool)
     is_second[1:][meet] = True
     return order[~is_second], other[~is_second]
-
-
-def _pair(block_a: IntArray, block_b: IntArray) -> IntArray:
-    """Return one int64 for two blocks, whichever is a."""
-    pair: IntArray = np.minimum(block_a, block_b).astype(np.int64) << 32 | np.maximum(block_a, block_b)
-    return pair
 
 
 def _cross(one: FloatArray, other: FloatArray) -> FloatArray:

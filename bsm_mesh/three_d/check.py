@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.movements import cross
-from bsm_mesh.results.check import ROUNDINGS, Check
+from bsm_mesh.results.check import ROUNDINGS, Check, point_forces
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.three_d.overlap import unexplained_overlap
@@ -22,7 +20,7 @@ def check_stage(results: Results, stage: StageResult) -> Check:
     moments = blocks.moments
     centroid = moments.centroid + (stage.origin + stage.displacement)[:, :3]
     total, borne = stage.loads + stage.reactions, np.zeros(len(centroid))
-    for block, point, force in _actions(stage):
+    for block, point, force in point_forces(stage):
         np.add.at(total, block, np.hstack([force, cross(point - centroid[block], force)]))
         borne += np.bincount(block, np.linalg.norm(force, axis=1), minlength=len(borne))
     total[:, 3:] /= moments.gyration[:, None]
@@ -42,11 +40,3 @@ def check_stage(results: Results, stage: StageResult) -> Check:
         overlap=unexplained_overlap(blocks, stage),
         bulk=blocks.bulk_name,
     )
-
-
-def _actions(stage: StageResult) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
-    """Yield block, point and force of the contacts, on both sides, and of the bolts."""
-    contacts, force = stage.contacts, stage.contacts.force
-    yield contacts.block_b, contacts.point, force
-    yield contacts.block_a, contacts.point, -force
-    yield stage.bolts.on_blocks()

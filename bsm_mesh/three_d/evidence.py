@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.results.evidence import Evidence, bar_rows
-from bsm_mesh.solve.bolts.tangent import bolt_tangent
+from bsm_mesh.results.evidence import Evidence
 from bsm_mesh.solve.continuation.evidence import rows_of
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.three_d.contacts.forces import elastic_contacts
@@ -14,9 +13,7 @@ from bsm_mesh.three_d.step.block_system import BlockSystem
 def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence:
     """Return the evidence at the end of a run, for the contact points `kept` (k,) of its contact set."""
     table, at, model = motion.contacts, motion.at, system.model
-    bars = motion.constraints.bars
     block, point, force = system.point_forces_at(motion.position)
-    pair, tangent = bolt_tangent(motion.bolts, motion.bolts_at, turning=True)
     return Evidence(
         **rows_of(system, motion, kept),
         closed_at=table.offset[kept],
@@ -28,8 +25,5 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         load_block=block,
         load_point=point,
         load_force=force,
-        bolt_pair=pair,
-        bolt_tangent=tangent,
         **system.water.recorded(),
-        **bar_rows(bars, system.placed(motion.position)[bars.block] + system.bar_arms(motion.position)),
     )

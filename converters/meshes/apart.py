@@ -25,7 +25,7 @@ from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import temporary_place, unnamed_file
-from bsm_mesh.processes import python_command
+from bsm_mesh.processes import limit_process, python_command
 
 Found = TypeVar("Found", MeshCells, ForeignResult)
 # Ten times what the slowest reader needs (a megabyte a second), and what small files take at most.
@@ -130,27 +130,6 @@ def _arrays(stream: IO[bytes]) -> Iterator[npt.NDArray[Any]]:
         yield np.lib.format.read_array(stream, allow_pickle=False)
 
 
-def _limit(seconds: int, size: int) -> None:
-    """Limit what this process may still take; where the system knows no limits the time on the wall is left."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-    memory = min(MEMORY + MEMORY_A_BYTE * size, max(1 << 30, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
-    limits = {
-        resource.RLIMIT_CORE: 0,
-        resource.RLIMIT_CPU: math.ceil(used + seconds),
-        resource.RLIMIT_AS: memory,
-    }
-    for kind, most in limits.items():
-        hard = resource.getrlimit(kind)[1]
-        try:
-            resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
-        except (OSError, ValueError):  # macOS knows no limit of address space
-            continue
-
-
 def _main(module: str, function: str, path: str, seconds: str) -> None:
     """Read a file within limits and send the data, or the faults, down stdout."""
     stream = os.fdopen(os.dup(1), "wb")
@@ -159,7 +138,7 @@ def _main(module: str, function: str, path: str, seconds: str) -> None:
     for library in reader.LIBRARY:
         with contextlib.suppress(ImportError):  # the reader says what is missing
             import_module(library)
-    _limit(int(seconds), os.stat(path).st_size)
+    limit_process(int(seconds), MEMORY + MEMORY_A_BYTE * os.stat(path).st_size)
     try:
         found = getattr(reader, function)(Path(path))
     except ModelError as error:

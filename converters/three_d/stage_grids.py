@@ -13,12 +13,11 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
-from bsm_mesh.converters.contact_files import names_of_contacts
+from bsm_mesh.converters.contact_files import names_of_contacts, support_grid
 from bsm_mesh.converters.three_d.vtu import block_grid, contact_grid
 from bsm_mesh.converters.vtk_files import Grid
-from bsm_mesh.converters.vtk_library import VERTEX
 from bsm_mesh.movements import translations, turns
-from bsm_mesh.results.movement import as_given, displacement_of
+from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import principal_stresses
@@ -84,23 +83,6 @@ def contacts_of_stage(results: Results, stage: StageResult) -> Grid:
     return replace(grid, point_data={"displacement": moved}, names=names_of_contacts(results))
 
 
-def supports_of_stage(results: Results, stage: StageResult) -> Grid:
-    """Return the supports, a vertex a held point."""
-    supports, count = stage.supports, len(stage.supports.block)
-    given = as_given(results.blocks, stage.displacement + stage.origin, supports.block, supports.point)
-    return Grid(
-        points=given,
-        offsets=np.arange(count + 1),
-        connectivity=np.arange(count),
-        cell_type=VERTEX,
-        point_data={
-            "displacement": displacement_of(results.blocks, stage.displacement, supports.block, given),
-            "position": supports.point,
-        },
-        cell_data={"block_id": supports.block, "reaction": supports.reaction, "moment": supports.moment},
-    )
-
-
 def six_components(stress: FloatArray) -> FloatArray:
     """Return XX YY ZZ XY YZ XZ of tensors (n, 3, 3)."""
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
@@ -116,7 +98,7 @@ def bolts_of_stage(results: Results, stage: StageResult) -> Grid:
 GRIDS = {
     "blocks": blocks_of_stage,
     "contacts": contacts_of_stage,
-    "supports": supports_of_stage,
+    "supports": support_grid,
     "bolts": bolts_of_stage,
 }
 

@@ -9,9 +9,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.forces import turned
 from bsm_mesh.contact.history import commit
 from bsm_mesh.model.base_motion import GRAVITY
+from bsm_mesh.movements import turned
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.shaken import ShakenContinuation

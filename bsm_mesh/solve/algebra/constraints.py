@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray, rounding_of
 from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
@@ -157,7 +157,7 @@ def constrain_bars(
     values[row_of_bar, slot] = value * lever
     left, size, own = np.linalg.svd(rows, full_matrices=False) if most >= axes else _svd_padded(rows)
     # A smaller singular value is that of a bar that repeats others, a smaller misfit no contradiction.
-    least = np.maximum(ROUNDING, rounding(model.blocks.vertices) / radius)
+    least = np.maximum(ROUNDING, rounding_of(model.blocks.vertices) / radius)
     constrained = (size > least[:, None] * size[:, :1]).sum(axis=1)
     inverse = np.where(np.arange(axes) < constrained[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", own, inverse, left)  # (k, axes, bars): (u, v, r theta) from the values
@@ -199,11 +199,6 @@ def _svd_padded(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     padded = np.concatenate([rows, np.zeros((len(rows), axes - rows.shape[1], axes))], axis=1)
     left, size, axes = np.linalg.svd(padded, full_matrices=False)
     return left[:, : rows.shape[1]], size, axes
-
-
-def rounding(points: FloatArray) -> float:
-    """Return how far the coordinates of points on one line may be off it by rounding [m]."""
-    return 16 * float(np.finfo(np.float64).eps) * float(np.abs(points).max(initial=0.0))
 
 
 def _check_conflicts(bars: Bars, misfit: FloatArray, tolerance: FloatArray) -> None:

@@ -8,11 +8,11 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray, rounding_of
 from bsm_mesh.errors import listing, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
-from bsm_mesh.solve.algebra.constraints import Constraints, rounding
+from bsm_mesh.solve.algebra.constraints import Constraints
 
 
 def connected_parts(pattern: BlockPattern) -> IntArray:
@@ -67,11 +67,11 @@ def _free_motion(constraints: Constraints, chosen: FloatArray) -> str:
     point, direction = bars.point[chosen], bars.direction[chosen]
     centre = point.mean(axis=0)
     arm = point - centre
-    size = max(float(np.abs(arm).max()), 1e3 * rounding(point), 1e-300)
+    size = max(float(np.abs(arm).max()), 1e3 * rounding_of(point), 1e-300)
     moment = (arm[:, 0] * direction[:, 1] - arm[:, 1] * direction[:, 0]) / size + bars.holds_rotation[chosen]
     rows = np.column_stack([direction, moment])
     _, values, axes = np.linalg.svd(np.vstack([rows, np.zeros((3, 3))]))
-    rank = int((values > max(ROUNDING, rounding(point) / size) * values[0]).sum())
+    rank = int((values > max(ROUNDING, rounding_of(point) / size) * values[0]).sum())
     if rank == 3:
         return ""
     u, v, turn = axes[rank]

@@ -14,6 +14,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.model.bolt_layout import BoltLayout
+from bsm_mesh.movements import turned
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -130,11 +131,11 @@ class Dowels:
 
     def evaluate(self, position: FloatArray, alive: BoolArray) -> DowelEvaluation:
         """Return the shear at a position (n_blocks, 3); elements (n_elements,) that are not alive have none."""
-        across = _turned(self.across, position[self.near, 2])
-        arm_far = _turned(self.arm_far, position[self.far, 2])
+        across = turned(self.across, position[self.near, 2])
+        arm_far = turned(self.arm_far, position[self.far, 2])
         moved = position[self.far, :2] + (arm_far - self.arm_far)
         arm_near = self.arm_near + moved - position[self.near, :2]
-        own = _turned(self.arm_near, position[self.near, 2])
+        own = turned(self.arm_near, position[self.near, 2])
         shear = ((arm_near - own) * across).sum(axis=1) - self.rest
         force = np.clip(self.stiffness * shear, -self.strength, self.strength) * alive[self.element]
         point = self.crossing + moved
@@ -177,12 +178,6 @@ class Dowels:
         """Return a copy with zero force in the crossings of chosen elements (n_elements,) at a position."""
         at = self.evaluate(position, np.ones(len(chosen), dtype=bool))
         return replace(self, rest=np.where(chosen[self.element], self.rest + at.shear, self.rest))
-
-
-def _turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x, y = vectors.T
-    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
 @njit()

@@ -22,10 +22,7 @@ from bsm_mesh.solve.step.system import System
 def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence:
     """Return the evidence at the end of a run, for the contacts `kept` (k,) of its contact set."""
     table, at = motion.contacts, motion.at
-    pair, tangent = bolt_tangent(motion.bolts, motion.bolts_at, turning=True)
-    bars = motion.constraints.bars
     closed_at, dilation = _dilation_of(table)
-    placed = system.outlines.placed(motion.position)
     block, point, force = system.point_forces_at(motion.position)
     return Evidence(
         **rows_of(system, motion, kept),
@@ -34,15 +31,13 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         shear_stiffness=np.where(at.closed, at.springs.stiffness, table.shear_stiffness)[kept],
         near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],
         **given_of(system.model, system.water, PointForces(block=block, point=point, force=force)),
-        bolt_pair=pair,
-        bolt_tangent=tangent,
-        **bar_rows(bars, placed[bars.block, :2] + system.bar_arms(motion.position)),
     )
 
 
 def rows_of(system: System, motion: Motion, kept: IntArray) -> dict[str, Any]:
     """Return the fields of `Evidence` that do not depend on the number of dimensions."""
-    table, turning = motion.contacts, system.load_stiffness(motion.position)
+    table, turning, bars = motion.contacts, system.load_stiffness(motion.position), motion.constraints.bars
+    pair, tangent = bolt_tangent(motion.bolts, motion.bolts_at, turning=True)
     names = ("law", *STRENGTH_STATE, "tension", "residual_tension")
     return {
         "laws": law_table(system.catalogue.laws),
@@ -50,6 +45,9 @@ def rows_of(system: System, motion: Motion, kept: IntArray) -> dict[str, Any]:
         "normal_stiffness": motion.at.normal_stiffness[kept],
         "load_stiffness": None if turning is None else (turning + turning.transpose(0, 2, 1)) / 2,
         "velocity": motion.velocity,
+        "bolt_pair": pair,
+        "bolt_tangent": tangent,
+        **bar_rows(bars, system.placed(motion.position)[bars.block] + system.bar_arms(motion.position)),
     }
 
 

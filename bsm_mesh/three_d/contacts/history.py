@@ -34,12 +34,6 @@ def polygons_of(key: IntArray) -> IntArray:
     return number
 
 
-def pairs_of(one: IntArray, other: IntArray) -> IntArray:
-    """Return a number of every pair of blocks, whichever is first, (k,)."""
-    number: IntArray = (np.minimum(one, other).astype(np.int64) << 32) | np.maximum(one, other)
-    return number
-
-
 def renumbered_keys(key: IntArray, number: IntArray) -> IntArray:
     """Return keys with the faces renumbered (n_faces,)."""
     face_a, face_b = faces_of(key)

@@ -12,8 +12,8 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
+from bsm_mesh.model.edges import pairs_of
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
-from bsm_mesh.three_d.contacts.history import pairs_of
 
 
 @dataclass(frozen=True, eq=False, slots=True)

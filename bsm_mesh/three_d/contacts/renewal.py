@@ -12,10 +12,11 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
+from bsm_mesh.model.edges import pairs_of
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.blocks.polygons import sums
 from bsm_mesh.three_d.contacts.contact_set import ContactSet, contacts_of, gathered
-from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, faces_of, pairs_of, polygons_of
+from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, faces_of, polygons_of
 from bsm_mesh.three_d.contacts.meetings import Meetings
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
 from bsm_mesh.three_d.contacts.surfaces import Surfaces

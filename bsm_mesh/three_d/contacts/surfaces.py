@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
+from bsm_mesh.model.edges import pairs_of
 from bsm_mesh.model.polygons import next_corner, owner_of_corner
 from bsm_mesh.movements import turned
 from bsm_mesh.three_d.blocks.cell_sides import CellSides, sides_of_cells
@@ -19,7 +20,7 @@ from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 from bsm_mesh.three_d.contacts.beside_flats import beside_flats
 from bsm_mesh.three_d.contacts.clipping import PARALLEL, clipped, facing_faces, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import depths, points_of, reaches
-from bsm_mesh.three_d.contacts.history import SLOTS, PolygonPoints, keys_of, pairs_of
+from bsm_mesh.three_d.contacts.history import SLOTS, PolygonPoints, keys_of
 from bsm_mesh.three_d.contacts.inner_edges import at_inner_edges, over_points
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import gathered, nearest
 from bsm_mesh.model.histories import history_faults
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
@@ -45,21 +45,14 @@ def faults_in_space(model: Model) -> list[str]:
         faults += [f"{place}: {text}" for text in _water_faults(model, water)]
     faults += in_situ_faults(model)
     faults += [f"joint '{joint.name}': {text}" for joint in model.joints for text in _joint_faults(joint)]
-    checks: list[Callable[[], object]] = [
-        lambda: bars_of(model.supports, model.blocks),
-        lambda: presence(model.stages, blocks),
-    ]
-    for check in checks:
-        try:
-            check()
-        except ModelError as error:
-            faults += error.faults
+    with gathered(faults):
+        bars_of(model.supports, model.blocks)
+    with gathered(faults):
+        presence(model.stages, blocks)
     for where, loads in (("", model.loads), *((f"stage '{s.name}': ", s.loads) for s in model.stages)):
         for number, load in enumerate(loads):
-            try:
+            with gathered(faults, f"{where}load {number + 1} ({type(load).__name__})"):
                 forces_in_space([load], blocks)
-            except ModelError as error:
-                faults += [f"{where}load {number + 1} ({type(load).__name__}): {text}" for text in error.faults]
     faults += _history_faults(model)
     faults += [text for stage in model.stages for text in _stage_faults(stage)]
     for stage in model.stages:

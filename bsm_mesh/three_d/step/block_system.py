@@ -6,6 +6,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
+from bsm_mesh.model.edges import pairs_of
 from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
@@ -24,7 +25,7 @@ from bsm_mesh.three_d.contacts.forces import (
     updated,
     worn,
 )
-from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints, pairs_of
+from bsm_mesh.three_d.contacts.history import PointHistory, PolygonPoints
 from bsm_mesh.three_d.contacts.kernels import max_relative_movement
 from bsm_mesh.three_d.contacts.meetings import Meetings
 from bsm_mesh.three_d.contacts.properties import PolygonCatalogue
