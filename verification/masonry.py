@@ -131,7 +131,7 @@ def joints_in_series() -> Answer:
 def glued_block() -> Answer:
     """Compare load factor of a pull of 1 kN on a block of 25 kN glued by 20 kPa on 1 m."""
     joint = bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=30, cohesion=5e3), tensile_strength=20e3)
-    model = model_of([rectangle(-5, -1, 15, 0), rectangle(0, 0, 1, 1)]).replace(joints=(joint,))
+    model = model_of([rectangle(-5, -1, 15, 0), rectangle(0, 0, 1, 1)], joint=joint)
     lift = [bsm.PointLoad(block=1, point=(0.5, 0.5), force=(0.0, 1e3))]
     return 45.0, bsm.limit_analysis(model, lift).factor
 

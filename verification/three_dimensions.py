@@ -96,59 +96,21 @@ def toppling(azimuth: float) -> Answer:
 
 
 CASES: tuple[Case, ...] = (
-    Case(
-        name="wedge-geometry",
-        what="Six wedges between two joints, face and top of a slope",
-        source="statics",
-        quantity="volumes and areas over the closed forms",
-        compute=wedge_geometry,
-        tolerance=1e-12,
-    ),
-    *(
-        Case(
-            name=f"wedge-of-two-joints-{number}",
-            what=f"Wedge {first[0]:g}/{first[1]:03d}, {second[0]:g}/{second[1]:03d} in a slope of {face[0]:g} degrees, "
-            f"cohesion {cohesion[0] / 1e3:g} and {cohesion[1] / 1e3:g} kPa",
-            source="hoek-bray",
-            quantity="factor of safety",
-            compute=partial(wedge, name),
-            tolerance=1e-8,
-        )
-        for number, (name, (first, second, face, _, _, _, cohesion, _)) in enumerate(WEDGES.items(), 1)
-    ),
-    Case(
-        name="wedge-chart",
-        what="Worked example of the charts: 40/165 with 35 degrees, 70/285 with 20 degrees",
-        source="hoek-bray",
-        quantity="factor of safety, given as 1.30",
-        compute=chart,
-        tolerance=4e-3,
-    ),
-    Case(
-        name="roof-pyramid",
-        what="Pyramid of four joints of 60 degrees in a level roof",
-        source="statics",
-        quantity="weight [kN], support pressure [kPa]",
-        compute=roof_pyramid,
-        tolerance=1e-8,
-    ),
-    Case(
-        name="twisted-cube",
-        what="Cube twisted on its face",
-        source="statics",
-        quantity="torque over friction, weight and side",
-        compute=torsion,
-        tolerance=1e-6,
-    ),
-    *(
-        Case(
-            name=f"toppling-towards-{azimuth}",
-            what=f"Column of 1 x 1 x 3 m pushed at mid-height towards {azimuth} degrees",
-            source="statics",
-            quantity="push over weight",
-            compute=partial(toppling, float(azimuth)),
-            tolerance=1e-5,
-        )
-        for azimuth in (0, 20, 45, 70)
-    ),
-)
+    Case(name="wedge-geometry", what="Six wedges between two joints, face and top of a slope", source="statics",
+         quantity="volumes and areas over the closed forms", compute=wedge_geometry, tolerance=1e-12),
+    *(Case(name=f"wedge-of-two-joints-{number}",
+           what=f"Wedge {first[0]:g}/{first[1]:03d}, {second[0]:g}/{second[1]:03d} in a slope of {face[0]:g} degrees, "
+           f"cohesion {cohesion[0] / 1e3:g} and {cohesion[1] / 1e3:g} kPa", source="hoek-bray",
+           quantity="factor of safety", compute=partial(wedge, name), tolerance=1e-8)
+      for number, (name, (first, second, face, _, _, _, cohesion, _)) in enumerate(WEDGES.items(), 1)),
+    Case(name="wedge-chart", what="Worked example of the charts: 40/165 with 35 degrees, 70/285 with 20 degrees",
+         source="hoek-bray", quantity="factor of safety, given as 1.30", compute=chart, tolerance=4e-3),
+    Case(name="roof-pyramid", what="Pyramid of four joints of 60 degrees in a level roof", source="statics",
+         quantity="weight [kN], support pressure [kPa]", compute=roof_pyramid, tolerance=1e-8),
+    Case(name="twisted-cube", what="Cube twisted on its face", source="statics",
+         quantity="torque over friction, weight and side", compute=torsion, tolerance=1e-6),
+    *(Case(name=f"toppling-towards-{azimuth}",
+           what=f"Column of 1 x 1 x 3 m pushed at mid-height towards {azimuth} degrees", source="statics",
+           quantity="push over weight", compute=partial(toppling, float(azimuth)), tolerance=1e-5)
+      for azimuth in (0, 20, 45, 70)),
+)  # fmt: skip

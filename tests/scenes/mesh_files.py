@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,22 @@ FORMATS = {  # in which they are written; quadrilaterals have a few triangles am
 
 
 Cells = list[tuple[str, np.ndarray]]
+
+
+def two_squares(model: Any) -> tuple[dict[tuple[int, int], int], list[int]]:
+    """Add two unit squares of eight triangles each to Gmsh's model; return their level and their upright lines."""
+    geo, mesh = model.geo, model.mesh
+    at = {(x, y): geo.addPoint(x, y, 0) for x in range(3) for y in range(2)}
+    level = {(x, y): geo.addLine(at[x, y], at[x + 1, y]) for x in range(2) for y in range(2)}
+    upright = [geo.addLine(at[x, 0], at[x, 1]) for x in range(3)]
+    for x in range(2):
+        geo.addPlaneSurface([geo.addCurveLoop([level[x, 0], upright[x + 1], -level[x, 1], -upright[x]])], x + 1)
+    geo.synchronize()
+    for curve in [*level.values(), *upright]:
+        mesh.setTransfiniteCurve(curve, 3)
+    for surface in (1, 2):
+        mesh.setTransfiniteSurface(surface)
+    return level, upright
 
 
 def write_mesh(shape: str, format_: str, size: float, seed: int, folder: Path) -> Path:

@@ -56,7 +56,7 @@ def dilating():
     polygons = [rectangle(-9, -1, 9, 0), rectangle(0, 0, 1, 1), rectangle(1.002, 0, 3, 1)]
     joint = bsm.Joint("J", 1e9, 4e8, law=bsm.MohrCoulomb(friction=30), dilation_angle=5, dilation_slip=1e-2)
     push = bsm.PointLoad(block=1, point=(0.0, 0.3), force=(20e3, 0.0))
-    return model_of(polygons, fixed=(0, 2), loads=[push]).replace(joints=[joint])
+    return model_of(polygons, joint=joint, fixed=(0, 2), loads=[push])
 
 
 SCENES = {

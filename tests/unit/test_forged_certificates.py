@@ -46,7 +46,7 @@ def wall() -> bsm.Model:
 def hanging() -> bsm.Model:
     """Return a block that hangs below another, and falls: the joint carries less than half of its weight."""
     joint = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=1e5), tensile_strength=1e4)
-    return model_of([rectangle(0, 1, 1, 2), rectangle(0, 0, 1, 1)]).replace(joints=[joint])
+    return model_of([rectangle(0, 1, 1, 2), rectangle(0, 0, 1, 1)], joint=joint)
 
 
 SCENES: dict[str, Callable[[], bsm.Model]] = {

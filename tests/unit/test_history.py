@@ -19,7 +19,7 @@ KN = 1e9
 def block_on_a_base(tensile_strength=0.0):
     """Return a square metre on a base, with cohesion."""
     joint = bsm.Joint("J", KN, KN, law=bsm.MohrCoulomb(friction=30.0, cohesion=1e5), tensile_strength=tensile_strength)
-    model = model_of([rectangle(-1, -1, 2, 0), square(0, 0)]).replace(joints=[joint])
+    model = model_of([rectangle(-1, -1, 2, 0), square(0, 0)], joint=joint)
     return BlockSystem(model)
 
 

@@ -11,6 +11,7 @@ import pytest
 from bsm_mesh.converters import NoteKind, read_mesh
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries import gmsh_session
+from tests.scenes.mesh_files import two_squares
 
 COUNTS = {"rock:gneiss": 8, "rock:schist": 8, "excavation:core": 8, "joint:J1": 4, "boundary:top": 4}
 NAMES = ["rock:gneiss", "rock:schist", "excavation:core", "joint:J1", "boundary:top"]
@@ -21,21 +22,11 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with two unit squares of eight triangles each, and a joint between them, in many forms."""
     folder = tmp_path_factory.mktemp("forms")
     with gmsh_session("two squares") as session:
-        geo, mesh = session.model.geo, session.model.mesh
-        at = {(x, y): geo.addPoint(x, y, 0) for x in range(3) for y in range(2)}
-        level = {(x, y): geo.addLine(at[x, y], at[x + 1, y]) for x in range(2) for y in range(2)}
-        upright = [geo.addLine(at[x, 0], at[x, 1]) for x in range(3)]
-        for x in range(2):
-            geo.addPlaneSurface([geo.addCurveLoop([level[x, 0], upright[x + 1], -level[x, 1], -upright[x]])], x + 1)
-        geo.synchronize()
-        for curve in [*level.values(), *upright]:
-            mesh.setTransfiniteCurve(curve, 3)
-        for surface in (1, 2):
-            mesh.setTransfiniteSurface(surface)
+        level, upright = two_squares(session.model)
         groups = [(2, [1]), (2, [2]), (2, [2]), (1, [upright[1]]), (1, [level[0, 1], level[1, 1]])]
         for number, ((dimension, entities), name) in enumerate(zip(groups, NAMES, strict=True), start=1):
             session.model.addPhysicalGroup(dimension, entities, number, name)
-        mesh.generate(2)
+        session.model.mesh.generate(2)
         for name, options in {
             "plain.msh": {"MshFileVersion": 2.2},
             "one.msh": {"MshFileVersion": 1},

@@ -17,6 +17,7 @@ from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.geometries import gmsh_session
 from bsm_mesh.model import Blocks
+from tests.scenes.mesh_files import two_squares
 
 COUNTS = {"rock:gneiss": 8, "rock:schist": 8, "excavation:core": 8, "joint:J1": 4}
 COUNTS |= {"boundary:top": 4, "boundary:left": 2}
@@ -28,18 +29,7 @@ def model() -> Iterator[Any]:
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.model.add("two squares")
-    geo = gmsh.model.geo
-    at = {(x, y): geo.addPoint(x, y, 0) for x in range(3) for y in range(2)}
-    level = {(x, y): geo.addLine(at[x, y], at[x + 1, y]) for x in range(2) for y in range(2)}
-    upright = [geo.addLine(at[x, 0], at[x, 1]) for x in range(3)]
-    for x in range(2):
-        loop = geo.addCurveLoop([level[x, 0], upright[x + 1], -level[x, 1], -upright[x]])
-        geo.addPlaneSurface([loop], x + 1)
-    geo.synchronize()
-    for curve in [*level.values(), *upright]:
-        gmsh.model.mesh.setTransfiniteCurve(curve, 3)
-    for surface in (1, 2):
-        gmsh.model.mesh.setTransfiniteSurface(surface)
+    level, upright = two_squares(gmsh.model)
     groups: list[tuple[int, list[int], str]] = [
         (2, [1], "rock:gneiss"),
         (2, [2], "rock:schist"),

@@ -15,9 +15,8 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh import files, heap, locks
+from bsm_mesh import files, heap, locks, processes
 from bsm_mesh.commands import study
-from bsm_mesh.converters.meshes import apart
 from tests.scenes.small_case import Case
 
 ROOT = Path(__file__).parents[2]
@@ -143,7 +142,7 @@ def test_a_mesh_is_read_without_limits_where_there_are_none(monkeypatch: pytest.
         return real(name, *rest)  # type: ignore[arg-type]
 
     monkeypatch.setattr(builtins, "__import__", missing)
-    apart._limit(10, 100)
+    processes.limit_process(10, 1 << 30)
 
 
 def test_two_folders_are_not_exchanged_where_the_system_cannot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -313,7 +313,7 @@ def glued(pull):
     """Return a unit block glued to a base by 20 kPa, lifted by `pull`."""
     joint = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=5e3), tensile_strength=20e3)
     lift = [bsm.PointLoad(block=1, point=(0.5, 0.5), force=(0.0, pull))]
-    return model_of([rectangle(-1, -1, 2, 0), rectangle(0, 0, 1, 1)], loads=lift).replace(joints=(joint,))
+    return model_of([rectangle(-1, -1, 2, 0), rectangle(0, 0, 1, 1)], joint=joint, loads=lift)
 
 
 def test_tensile_strength_holds_a_block_until_it_breaks():

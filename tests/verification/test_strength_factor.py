@@ -181,7 +181,7 @@ def test_only_chosen_joints_are_divided():
 def test_tensile_strength_is_divided_too():
     """A block hangs from another by the tension of 60 kPa on 1 m."""
     joint = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=1e5), tensile_strength=6e4)
-    model = model_of([rectangle(0, 1, 1, 2), square(0, 0)]).replace(joints=(joint,))
+    model = model_of([rectangle(0, 1, 1, 2), square(0, 0)], joint=joint)
     assert_is(model, 6e4 / 25e3)
 
 
