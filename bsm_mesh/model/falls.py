@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
-from bsm_mesh.arrays import BoolArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import SHARE
@@ -44,11 +44,14 @@ class Falls:
         rules.choice("on_fall", self.on_fall, get_args(OnFall))
         raise_faults(rules.faults)
 
-    def small(self, blocks: Blocks, counted_blocks: BoolArray) -> BoolArray:
-        """Return which blocks (n,) are too small to count; the mean is that of the blocks (n,) that may move."""
+    def small(self, blocks: Blocks, counted_blocks: BoolArray, pieces: FloatArray | None = None) -> BoolArray:
+        """Return which blocks (n,) are too small to count; the mean is that of the blocks (n,) that may move.
+
+        `pieces` (n,) is the bulk of the piece that a block is a part of, where blocks share nodes of zones.
+        """
         bulk = blocks.moments.bulk
         mean = float(bulk[counted_blocks].mean()) if counted_blocks.any() else 0.0
-        small: BoolArray = bulk < self.ignore_below * mean
+        small: BoolArray = (bulk if pieces is None else pieces) < self.ignore_below * mean
         return small
 
     def takes_away(self, small: BoolArray) -> bool:

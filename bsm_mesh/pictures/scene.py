@@ -80,7 +80,7 @@ class Scene:
     @cached_property
     def stressed(self) -> BoolArray:
         """Which blocks have a mean stress that is known (`stress_is_known`), and have not gone, (n,)."""
-        known = stress_is_known(self.results.blocks, self.stage.present, self.stage.supports)
+        known = stress_is_known(self.results.blocks, self.stage)
         chosen: BoolArray = (known if known.any() else self.stage.present) & ~self.apart
         return chosen
 

@@ -83,19 +83,23 @@ def total_and_effective_stress(
     return block_stress(blocks, centroid, contacts, normal_force, shear_force, (*forces, *water)), effective
 
 
-def stress_is_known(blocks: Blocks, present: BoolArray, supports: SupportForces) -> BoolArray:
+def stress_is_known(blocks: Blocks, stage: StageResult) -> BoolArray:
     """Return the blocks (n,) whose average stress says something of the rock.
 
     Not those that supports hold at two points or more in all directions, or as a whole. Statics does not give the
-    place of their reactions. Not corner slivers, under `SLIVER` of the mean area (in space: volume).
+    place of their reactions; zones do. Not corner slivers, under `SLIVER` of the mean area (in space: volume).
     """
+    present, supports = stage.present, stage.supports
+    bulk = blocks.moments.bulk
+    mean = float(bulk[present].mean()) if present.any() else 0.0
+    if stage.zones is not None:
+        within: BoolArray = present & (stage.zones.of_pieces(bulk * present) >= SLIVER * mean)
+        return within
     both = np.flatnonzero(np.abs(supports.reaction).min(axis=1, initial=np.inf) > 0)
     held = np.bincount(supports.block[both], minlength=blocks.count)
     moments = np.abs(supports.moment)
     turns = moments if moments.ndim == 1 else moments.sum(axis=1)  # in space of three components
     whole = np.bincount(supports.block, turns, minlength=blocks.count) > 0
-    bulk = blocks.moments.bulk
-    mean = float(bulk[present].mean()) if present.any() else 0.0
     known: BoolArray = present & (held < 2) & ~whole & (bulk >= SLIVER * mean)
     return known
 
@@ -105,7 +109,7 @@ def extreme_stresses(blocks: Blocks, stage: StageResult) -> tuple[float, float, 
 
     They are those of the blocks of which `stress_is_known`; of all, where it is of none.
     """
-    known = stress_is_known(blocks, stage.present, stage.supports)
+    known = stress_is_known(blocks, stage)
     sigma_1, sigma_3 = principal_stresses(stage.stress[known if known.any() else stage.present])
     return float(sigma_1.min()), float(sigma_3.max()), int((stage.present & ~known).sum())
 

@@ -48,6 +48,19 @@ class ZoneResult(Portable):
         nodes = self.cells[counts[self.block]]
         return float(lengths(self.displacement[nodes.ravel()]).max(initial=0.0))
 
+    def of_pieces(self, bulk: FloatArray) -> FloatArray:
+        """Return the sum of `bulk` (n,) over the piece of every block, (n,): blocks that share nodes are one piece."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        corner = len(bulk) + self.cells[:, :3].ravel()
+        links = coo_array(
+            (np.ones(len(corner)), (np.repeat(self.block, 3), corner)), shape=(len(bulk) + len(self.points),) * 2
+        )
+        piece = connected_components(links, directed=False)[1][: len(bulk)]
+        whole: FloatArray = np.bincount(piece, bulk)[piece]
+        return whole
+
     def displacement_at(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return the displacement of points (k, 2) [m] of blocks (k,), by the shape functions of their triangles.
 

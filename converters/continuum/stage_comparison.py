@@ -75,7 +75,7 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
 
 
 def _strained(model: Model, stage: StageResult) -> BoolArray:
-    known = stress_is_known(model.blocks, stage.present, stage.supports)
+    known = stress_is_known(model.blocks, stage)
     return known if known.any() else stage.present
 
 

@@ -1,5 +1,7 @@
 """Average stress of a block (Wang Eq. 3.45, Appendix B) and principal stresses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,7 +9,13 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.results.records import SupportForces
-from bsm_mesh.results.stress import block_stress, principal_stresses, stress_is_known
+from bsm_mesh.results.stress import (
+    block_stress,
+    extreme_stresses,
+    extreme_zone_stresses,
+    principal_stresses,
+    stress_is_known,
+)
 from tests.scenes.shapes import square, turned
 
 ROCK = bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)
@@ -66,5 +74,28 @@ def test_blocks_that_supports_hold_and_slivers_have_no_stress_to_tell():
         reaction=np.array([(1.0, 2.0), (-1.0, 2.0), (0.0, 3.0), (0.0, 3.0), (0.0, 6.0)]),
         moment=np.array([0.0, 0.0, 0.0, 0.0, 1.0]),
     )
-    known = stress_is_known(blocks, np.ones(5, dtype=bool), supports)
+    stage = SimpleNamespace(present=np.ones(5, dtype=bool), supports=supports, zones=None)
+    known = stress_is_known(blocks, stage)
     assert known.tolist() == [False, True, False, False, True]
+
+
+@pytest.mark.parametrize("joint", [None, "J"])
+def test_a_small_block_counts_where_it_is_one_piece_with_a_large_one(joint):
+    """A stud of 0.5 % of the mean area carries 1 MPa; on a joint of its own it is a sliver."""
+    slab = [(0, 0), (3, 0), (3, 1), (2, 1), (1.45, 1), (1.4, 1), (0, 1)]
+    stud = [(1.4, 1), (1.45, 1), (1.45, 1.05), (1.4, 1.05)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([slab, stud, square(2, 1)], rock="r")
+        .with_boundary("bottom", lambda x, y: y < 1e-9)
+        .with_boundary("top", lambda x, y: (x < 1.6) & (y > 1.05 - 1e-9)),
+        rocks=[bsm.Rock("r", unit_weight=0.0, young=1e9, poisson=0.0, zones=bsm.Zones(order=1))],
+        joints=[bsm.Joint("J", normal_stiffness=1e12, shear_stiffness=1e12)],
+        default_joint=joint,
+        supports=[bsm.Fixed(boundary="bottom")],
+        loads=[bsm.Pressure(boundary="top", pressure=1e6)],
+    )
+    stage = bsm.run(model).stages[-1]
+    part_of_the_slab = joint is None
+    assert stage.small_blocks.tolist() == ([] if part_of_the_slab else [1])
+    assert (extreme_zone_stresses(stage)[0] < -0.9e6) == part_of_the_slab
+    assert (extreme_stresses(model.blocks, stage)[0] < -0.9e6) == part_of_the_slab

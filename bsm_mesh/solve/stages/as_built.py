@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.bolt_layout import cut_bolts
 from bsm_mesh.model.falls import Falls
@@ -71,9 +71,12 @@ def counted_blocks(model: Model, falls: Falls) -> BoolArray:
     return _free(model) & ~small_blocks(model, falls)
 
 
-def small_blocks(model: Model, falls: Falls) -> BoolArray:
-    """Return the blocks that are too small to count, (n,), of those that supports do not hold fast."""
-    return falls.small(model.blocks, _free(model))
+def small_blocks(model: Model, falls: Falls, pieces: FloatArray | None = None) -> BoolArray:
+    """Return the blocks that are too small to count, (n,); the mean is that of blocks that supports do not hold fast.
+
+    `pieces` as of `Falls.small`.
+    """
+    return falls.small(model.blocks, _free(model), pieces)
 
 
 def _free(model: Model) -> BoolArray:

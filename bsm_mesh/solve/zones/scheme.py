@@ -176,7 +176,9 @@ class ZoneStages:
         """Return the result of a stage at its end, with proofs and notes."""
         of, model, watchers = self._continuum, self._model, self._watchers
         stage = stage_result(of, end, start, number, self._options.tolerance)
-        small = np.flatnonzero(small_blocks(model, self._options.falls) & end.present).astype(np.int32)
+        zones, bulk = stage.zones, model.blocks.moments.bulk * end.present
+        pieces = None if zones is None else zones.of_pieces(bulk)
+        small = np.flatnonzero(small_blocks(model, self._options.falls, pieces) & end.present).astype(np.int32)
         stage = within_limit(replace(stage, small_blocks=small), self._options.displacement_limit)
         stage = confirmed(with_proof(of, end, stage, number, watchers.prove), watchers.check)
         found = [*notes_on_shaking(model, stage), *notes_on_crushing(model, stage)]
