@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError, as_given, nearest
+from bsm_mesh.model.bolt_layout import cut_bolts
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
@@ -71,6 +74,12 @@ def bolts_in_stage(model: Model, number: int) -> list[Bolt]:
     """Return the bolts that a stage and those before it install, of so many stages; 0: those there from the start."""
     there = [None, *(stage.name for stage in model.stages[:number])]
     return [bolt for bolt in model.bolts if bolt.stage in there]
+
+
+def present_bolts(model: Model, number: int, present: BoolArray) -> list[Bolt]:
+    """Return the parts of the bolts of a stage that act on its present blocks (n,), for a model without stages."""
+    installed = bolts_in_stage(model, number)
+    return [replace(bolt, stage=None) for bolt in cut_bolts(installed, model.blocks, model.stages, present)]
 
 
 def model_up_to(model: Model, number: int) -> Model:

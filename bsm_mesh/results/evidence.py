@@ -268,7 +268,6 @@ class Proof:
     witness: Witness | None = None
 
 
-LATER_BOLTS = Proof(text="no proof was sought: in stages after the first limit analysis leaves out installed bolts")
 OF_SHAKEN = Proof(text="no proof was sought: limit analysis is of blocks at rest, and these were shaken")
 
 

@@ -71,3 +71,27 @@ def test_a_load_decides_to_the_digit(force, proved):
     pull = bsm.PointLoad(block=1, point=(0.5, -0.25), force=(0.0, force))
     model = model_of([rectangle(0, 0, 1, 1), rectangle(0, -0.5, 1, 0)], friction=30.0, loads=[pull])
     assert (prove(model, block(1)).witness is not None) == proved
+
+
+def test_bolts_of_later_stages_count_in_the_proof():
+    """Friction is lost in a stage: its bolt of 0.1 kN is too weak for the 0.9 kN that the block lacks."""
+    top, bottom = turned(np.array([(0.0, 0.5), (0.0, -1.5)]), 30.0).tolist()
+    bolt = bsm.Bolt(start=top, end=bottom, diameter=0.005, yield_strength=5e6, bond_strength=2e5, stage="loss")
+    model = incline(35.0).replace(bolts=[bolt], stages=[bsm.Stage("loss", strength={"J": 0.7})])
+    stage = bsm.run(model, bsm.Options(threads=1)).stages[-1]
+    assert stage.status.value == "unstable"
+    assert stage.proof.witness is not None, stage.proof.text
+    assert stage.proof.witness.element_yield == pytest.approx(98.2, abs=0.1)  # 5 MPa on 19.6 mm2
+
+
+def test_of_a_bolt_whose_block_is_excavated_the_rest_counts():
+    """The block below leaves; what is left of its bolt holds the two others together, which then fall together."""
+    squares = [rectangle(-3, -1, 0, 0), *(rectangle(0, y, 1, y + 1) for y in (-1, 0, 1))]
+    bolt = bsm.Bolt(start=(0.5, -0.5), end=(0.5, 1.5), diameter=0.025, yield_strength=5e8, bond_strength=2e5)
+    model = model_of(squares, friction=30.0, fixed=(0, 1)).replace(
+        bolts=[bolt], stages=[bsm.Stage("out", excavate=[1])]
+    )
+    stage = bsm.run(model, bsm.Options(threads=1)).stages[-1]
+    assert stage.unstable_blocks.tolist() == [2, 3]
+    assert stage.proof.witness.node_block.tolist().count(1) == 0
+    assert set(stage.proof.witness.node_block.tolist()) == {2, 3}

@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.bolt_layout import cut_bolts
 from bsm_mesh.model.falls import Falls
-from bsm_mesh.model.in_stage import bolts_in_stage, model_in_stage, model_up_to, resting_stage
+from bsm_mesh.model.in_stage import model_in_stage, model_up_to, present_bolts, resting_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL, presence
@@ -48,9 +48,7 @@ def as_built(model: Model) -> SubModel:
         water = water if stage.water is None else stage.water
     changed = model_in_stage(model, len(model.stages))
     part = submodel_of(changed, here[-1], bars_of(model.supports, model.blocks), concatenate(forces), water)
-    installed = bolts_in_stage(model, len(model.stages))
-    bolts = [replace(bolt, stage=None) for bolt in cut_bolts(installed, model.blocks, model.stages, here[-1])]
-    return replace(part, model=part.model.replace(bolts=bolts))
+    return replace(part, model=part.model.replace(bolts=present_bolts(model, len(model.stages), here[-1])))
 
 
 def in_stage(model: Model, stage: str | None) -> tuple[str, SubModel]:

@@ -12,14 +12,14 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.flow.coupling import FlowCoupling, FlowState
 from bsm_mesh.model.falls import Falls
-from bsm_mesh.model.in_stage import bolts_in_stage
+from bsm_mesh.model.in_stage import present_bolts
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.movements import distances
-from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN, Proof
+from bsm_mesh.results.evidence import OF_SHAKEN, Proof
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
@@ -275,15 +275,12 @@ class StageSolution:
     def _proof(self, down: IntArray) -> Proof:
         """Return what limit analysis says of the blocks that are there, of which some (k,) fall."""
         run, state = self._run, self._state
-        bolts = bolts_in_stage(run.model, self._number)
         if self._number and run.model.stages[self._number - 1].shaking is not None:
             return OF_SHAKEN
-        if bolts and self._number:
-            return LATER_BOLTS
         moved = float(distances(self._began_at[state.present]).max(initial=0.0))
         if moved > CONTACT_TOLERANCE * run.model.blocks.moments.median_size:
             return Proof(text=f"no proof was sought: blocks moved by {moved:.3g} m before")
-        part = self._submodel()
+        part, bolts = self._submodel(), present_bolts(run.model, self._number, state.present)
         proof = run.watchers.prove(part.model.replace(bolts=bolts), np.searchsorted(part.block, down).astype(np.int32))
         return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 

@@ -15,12 +15,12 @@ import numpy as np
 from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.model.bolts import Bolt
-from bsm_mesh.model.in_stage import bolts_in_stage
+from bsm_mesh.model.in_stage import present_bolts
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.movements import angles, distances
-from bsm_mesh.results.evidence import LATER_BOLTS, OF_SHAKEN, Proof
+from bsm_mesh.results.evidence import OF_SHAKEN, Proof
 from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.solve.stages.given_position import notes_on_given_position
 from bsm_mesh.solve.stages.scheme import Prover
@@ -103,10 +103,7 @@ def _asked(of: Continuum, end: StageEnd, stage: StageResult, number: int, prove:
     """Return what limit analysis says of the blocks that are there, of which some (k,) fall."""
     if stage.shaking is not None:
         return OF_SHAKEN
-    bolts = bolts_in_stage(of.model, number)  # a model whose strength or gravity a stage changed has none
-    if bolts and number:
-        return LATER_BOLTS
-    part = _submodel(of, end, stage, bolts)
+    part = _submodel(of, end, stage, present_bolts(of.model, number, end.present))
     proof = prove(part.model, np.searchsorted(part.block, down).astype(np.int32))
     return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 
