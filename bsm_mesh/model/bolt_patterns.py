@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray, read_only
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, read_only
 from bsm_mesh.errors import ModelError, nearest, place, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, COORDINATE, DIRECTION, DISTANCE, RADIUS
+from bsm_mesh.model.stages import Stage, presence
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.named_units import with_unit
@@ -80,6 +81,7 @@ def row_of_bolts(
     interval: float,
     offset: float | None = None,
     direction: float | None = None,
+    stages: Sequence[Stage] = (),
     **keys: Any,
 ) -> list[Bolt]:
     """Return bolts in a row along a boundary, into the rock.
@@ -89,7 +91,8 @@ def row_of_bolts(
     blocks : Blocks
         With the boundary.
     boundary : str
-        Its name. Where it has rock on both sides, the side that no excavation takes away is bolted.
+        Its name. Where it has rock on both sides when the bolts are installed, the side that no excavation takes away
+        is bolted.
     length : float [m]
         Of each bolt.
     interval : float [m]
@@ -99,6 +102,8 @@ def row_of_bolts(
         with the rock to its left, round an opening clockwise; a closed one begins where x is least.
     direction : float, optional [degrees]
         Direction of all bolts from the x axis; normal to the boundary where not given.
+    stages : sequence of Stage
+        Of the model, for bolts with a `stage`: a face that it or an earlier one lays bare is bolted from that side.
     **keys
         What all bolts share; see `Bolt`.
 
@@ -115,8 +120,9 @@ def row_of_bolts(
     rules.number("offset", offset, DISTANCE, optional=True)
     rules.number("direction", direction, DIRECTION, optional=True)
     raise_faults(rules.faults)
+    present = _present_at(keys.get("stage"), stages, blocks)
     heads, directions = [], []
-    for chain in _chains(blocks, _one_side(blocks, boundary, rules.thing)):
+    for chain in _chains(blocks, _one_side(blocks, boundary, rules.thing, present)):
         start, along = blocks.vertices[chain], blocks.edge_vectors[chain]
         reach = np.hypot(*along.T)
         ends = np.cumsum(reach)
@@ -278,8 +284,22 @@ def _refuse_too_many(thing: str, length: float, interval: float) -> None:
         )
 
 
-def _one_side(blocks: Blocks, boundary: str, thing: str) -> IntArray:
-    """Return the edges of a boundary on the side that stays."""
+def _present_at(stage: str | None, stages: Sequence[Stage], blocks: Blocks) -> BoolArray:
+    """Return which blocks are there after a stage, (n,): all of them where it is None or not among the stages."""
+    names = [None, *(each.name for each in stages)]
+    return presence(stages, blocks)[names.index(stage) if stage in names else 0]
+
+
+def _laid_bare(blocks: Blocks, present: BoolArray) -> IntArray:
+    """Return the edges of present blocks (n,) whose neighbour is gone."""
+    there = present[blocks.owner]
+    pairs = np.stack(blocks.edge_table.pairs())
+    edges: IntArray = np.concatenate([side[there[side] & ~there[other]] for side, other in (pairs, pairs[::-1])])
+    return edges
+
+
+def _one_side(blocks: Blocks, boundary: str, thing: str, present: BoolArray) -> IntArray:
+    """Return the edges of a boundary on the side that is bare; where neither is, on the side that stays."""
     if boundary not in blocks.boundaries and blocks.excavations:
         raise ModelError(
             f"there is no boundary '{boundary}'{nearest(boundary, blocks.boundaries)}; name the face of an excavation "
@@ -290,6 +310,9 @@ def _one_side(blocks: Blocks, boundary: str, thing: str) -> IntArray:
     two_sided = ~np.isin(edges, blocks.outer_edges)
     if not two_sided.any():
         return edges
+    bare = np.isin(edges, _laid_bare(blocks, present))
+    if bare.any():
+        return edges[bare | (~two_sided & present[blocks.owner[edges]])]
     taken = np.zeros(blocks.count, dtype=bool)
     for ids in blocks.excavations.values():
         taken[ids] = True
@@ -297,7 +320,10 @@ def _one_side(blocks: Blocks, boundary: str, thing: str) -> IntArray:
     if stays.all():
         raise ModelError(f"{thing}: it has rock on both sides, and neither is in an excavation; bolt from an opening")
     if not stays.any():
-        raise ModelError(f"{thing}: excavations take the rock on both sides; bolt a face whose rock stays")
+        raise ModelError(
+            f"{thing}: excavations take the rock on both sides; bolt a face whose rock "
+            "stays, or give the bolts the stage that lays the face bare"
+        )
     return edges[stays]
 
 

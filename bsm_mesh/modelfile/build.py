@@ -214,7 +214,7 @@ def _build_plane(file: ModelFile, path: Path, reach: Reach, report: Reporter, me
     bolts = collected(
         faults,
         [
-            partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, reach)
+            partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, reach, stages)
             for k, table in enumerate(file.bolt)
         ],
     )

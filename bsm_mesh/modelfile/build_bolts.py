@@ -18,6 +18,7 @@ from bsm_mesh.model.bolt_patterns import (
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.quantities import COORDINATE, quantities_of
 from bsm_mesh.model.quantity import convert
+from bsm_mesh.model.stages import Stage
 from bsm_mesh.modelfile.bolt_tables import BoltTable, SpaceBoltTable
 from bsm_mesh.modelfile.reach import Reach
 
@@ -29,7 +30,12 @@ QUANTITIES = {  # of the columns of a table
 
 
 def make_bolts(
-    table: BoltTable, place: str, blocks: Blocks, curves: Mapping[str, FloatArray], reach: Reach
+    table: BoltTable,
+    place: str,
+    blocks: Blocks,
+    curves: Mapping[str, FloatArray],
+    reach: Reach,
+    stages: Sequence[Stage] = (),
 ) -> list[Bolt]:
     """Return the bolts of one table.
 
@@ -38,13 +44,15 @@ def make_bolts(
     table : BoltTable
         The table.
     place : str
-        Where it is stable, for messages.
+        Where it is, for messages.
     blocks : Blocks
         For rows along a boundary.
     curves : mapping of str to (n, 2, 2) float64 [m]
         Line elements of the mesh's groups ``bolt:NAME``.
     reach : Reach
         Where a table may lie.
+    stages : sequence of Stage
+        For rows along faces that stages lay bare.
 
     Raises
     ------
@@ -56,7 +64,7 @@ def make_bolts(
         if table.radial is not None:
             return radial_bolts(**table.radial.model_dump(), **keys)
         if table.row is not None:
-            return row_of_bolts(blocks, **table.row.model_dump(), **keys)
+            return row_of_bolts(blocks, **table.row.model_dump(), stages=stages, **keys)
         if table.curve is not None:
             if table.curve not in curves:
                 raise ModelError(f"the mesh has no curve 'bolt:{table.curve}'{nearest(table.curve, curves)}")

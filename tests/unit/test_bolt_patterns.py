@@ -85,6 +85,22 @@ def test_row_round_an_opening_to_come():
             row_of_bolts(excavated, boundary="wall", length=0.5, interval=1.0, diameter=0.02)
 
 
+def test_row_on_a_face_that_a_later_stage_takes_away():
+    """Two benches of one column each beside the rock that stays: the first stage lays the second bench bare."""
+    blocks = bsm.Blocks.from_polygons(grid(3, 4), rock="any")
+    x, y = blocks.vertices.T
+    face = [np.flatnonzero((np.abs(x - 1) < 1e-9) & (y > low) & (y[blocks.following] > low)) for low in (0.9, 1.9)]
+    face = [edges[np.abs(x[blocks.following[edges]] - 1) < 1e-9] for edges in face]
+    regions = {"first": np.array([6, 9]), "second": np.array([1, 4, 7, 10])}
+    blocks = replace(blocks, boundaries={"face": face[0], "high": face[1]}, excavations=regions)
+    stages = [bsm.Stage("one", excavate=["first"]), bsm.Stage("two", excavate=["second"])]
+    row = {"length": 1.5, "interval": 1, "diameter": 0.02, "stages": stages}
+    found = row_of_bolts(blocks, boundary="face", stage="one", **row)
+    assert_allclose(ends(found), [((1, y), (2.5, y)) for y in (3.5, 2.5)])  # below y = 2 nothing is bare yet
+    with pytest.raises(bsm.ModelError, match="give the bolts the stage that lays the face bare"):
+        row_of_bolts(blocks, boundary="high", **row)
+
+
 def test_curves():
     pieces = np.array([((0, 0), (1, 0)), ((5, 5), (5, 4)), ((1, 0), (2, 0)), ((5, 4), (5, 3))], dtype=float)
     bolts = bolts_on_curves(pieces, diameter=0.02, name="B")
