@@ -102,7 +102,7 @@ def check_model(
             progress.report("time steps of shaken stages")
         expected = zone_time_steps if has_zones(loaded.model) else time_steps_of
         shaken = expected(ready.model, loaded.options)
-        notes += tuple(expected_notes(shaken, loaded.model.blocks))
+        notes += tuple(expected_notes(shaken, loaded.model))
         progress.report("quality of the blocks")
         report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
     flow = [] if ready.flow is None else given_flow(loaded.model, ready.flow.joints)

@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 from bsm_mesh.errors import counted, named_stage, place
 from bsm_mesh.model.base_motion import BaseMotion
-from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.zones import has_zones, zoned_blocks
 from bsm_mesh.solve.motion.time_steps import TimeSteps
 from bsm_mesh.text.tables import engineering
 
@@ -36,16 +37,28 @@ def record_rows(stages: Iterable[Stage]) -> list[tuple[str, str]]:
     ]
 
 
-def expected_notes(estimates: Iterable[TimeSteps], blocks: Blocks) -> list[str]:
-    """Return a note on every shaken stage whose time step one small block decides: which one, and the cures."""
+def expected_notes(estimates: Iterable[TimeSteps], model: Model) -> list[str]:
+    """Return a note on every shaken stage whose time step one block decides, small or stiff: which, and the cures."""
+    blocks = model.blocks
     return [
         f"{named_stage(each.stage)}: block {each.block} at {place(blocks.moments.centroid[each.block].round(3))} m, "
         f"{engineering(float(blocks.moments.area[each.block]), 'm2')}, makes the time step {each.shorter:.2g} times "
-        "shorter than the median block does; merge slivers with bsm-mesh check --repair FILE, or change spacing or "
-        f"seed of the joints{_with_scaling(each)}"
+        f"shorter than the median block does; {_cure(each, each.block, model)}"
         for each in estimates
         if each.block is not None and each.shorter >= SHORT
     ]
+
+
+def _cure(each: TimeSteps, block: int, model: Model) -> str:
+    if has_zones(model) and not zoned_blocks(model)[block]:
+        rock = model.blocks.rock_names[model.blocks.rock[block]]
+        return (
+            f"its rock '{rock}' has no zones, so it is nearly rigid; give the rock zones, or hold the whole block by a "
+            "support with blocks instead of a boundary"
+        )
+    return (
+        f"merge slivers with bsm-mesh check --repair FILE, or change spacing or seed of the joints{_with_scaling(each)}"
+    )
 
 
 def _with_scaling(each: TimeSteps) -> str:

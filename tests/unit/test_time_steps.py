@@ -18,7 +18,7 @@ from bsm_mesh.solve.zones.scheme import zone_time_steps
 from bsm_mesh.text.progress import Progress
 from bsm_mesh.text.shaking_given import expected_notes, order_of
 from tests.scenes.shaken import STAGE, block_on_plane, shaken, wall
-from tests.scenes.shaken_zones import PILE, column, shaken_zones
+from tests.scenes.shaken_zones import PILE, WEIGHT, column, shaken_zones
 from tests.scenes.shapes import rectangle, running_bond
 
 SHORT = {"waveform": "sine", "frequency": 10.0, "amplitude": 1.0, "every": 0.02}
@@ -129,13 +129,27 @@ def test_check_names_the_sliver_that_decides_the_time_step(tmp_path, capsys):
 def test_a_sliver_with_zones_is_named_too():
     """A square of 5 mm on the base of blocks of 1 m: its elements are a hundredth of theirs."""
     (plain,) = estimates(shaken_zones(PILE, EXPLICIT, young=1e9))
-    (found,) = estimates(shaken_zones([*PILE, rectangle(-1.5, 0, -1.495, 0.005)], EXPLICIT, young=1e9))
+    model = shaken_zones([*PILE, rectangle(-1.5, 0, -1.495, 0.005)], EXPLICIT, young=1e9)
+    (found,) = estimates(model)
     assert (found.block, found.scaling) == (4, 1.0)
     assert found.shorter > 20 > 5 > plain.shorter
     assert plain.time_step / found.time_step > 20
-    (note,) = expected_notes([found], bsm.Blocks.from_polygons([*PILE, rectangle(-1.5, 0, -1.495, 0.005)], rock="r"))
+    (note,) = expected_notes([found], model)
     assert "block 4 at (-1.498, 0.002) m" in note
     assert "mass_scaling" not in note
+
+
+def test_a_rigid_rock_beside_zones_is_named_with_its_cures():
+    """A base without zones that is held at its foot only: its 1e13 Pa decide the time step; held as a whole, not."""
+    blocks = bsm.Blocks.from_polygons(PILE, rock=["base", "rock", "rock", "rock"])
+    blocks = blocks.with_boundary("foot", lambda x, y: y < -1 + 1e-9)
+    zoned = shaken_zones(PILE, EXPLICIT, young=1e9, zones=bsm.Zones(size=1.0))
+    rocks = [bsm.Rock("base", unit_weight=WEIGHT), *zoned.rocks]
+    model = zoned.replace(blocks=blocks, rocks=rocks, supports=[bsm.Fixed(boundary="foot")])
+    (note,) = expected_notes(estimates(model), model)
+    assert "block 0 at (0.5, -0.5) m" in note
+    assert "its rock 'base' has no zones, so it is nearly rigid; give the rock zones, or hold the whole block" in note
+    assert expected_notes(estimates(zoned.replace(blocks=blocks, rocks=rocks)), zoned) == []
 
 
 def bridged(overlap, **given):
