@@ -1,47 +1,18 @@
-"""Random combinations of features on a small wall: each has an answer that holds, or a message.
-
-``python -m benchmarks.combinations -n N``. Rocks, zones, joint laws, supports, loads, water, flow, in-situ stress,
-bolts, histories and stages are drawn at random. Each result is checked, saved, verified, read back and drawn. A
-combination fails that ends with another error than `bsm.ModelError`, or whose stable stages do not hold.
-"""
+"""Combinations in the plane: rocks, zones, laws, supports, loads, water, flow, stress, bolts, histories and stages."""
 
 from __future__ import annotations
 
-import contextlib
-import io
-import sys
-import tempfile
-import time
-from collections import Counter
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.pages import seeds_command
-from bsm_mesh.certificate import verify_certificate
+from benchmarks.combinations.draw import BOLTS, LAWS, OF_JOINTS, Draw
 from bsm_mesh.model.loads import Load
-from examples.numbers.pages import markdown
 
-MAKER = "python -m benchmarks.combinations"
-DRAWN = ("displacement", "joints_state", "deformation", "histories", "sigma_1")
-LAWS = (
-    bsm.MohrCoulomb(friction=35),
-    bsm.MohrCoulomb(friction=30, cohesion=5e4, residual_cohesion=0),
-    bsm.MohrCoulomb(friction=35, residual_friction=25, softening_slip=1e-3),
-    bsm.Patton(friction=30, dilation=5, cohesion=5e4),
-    bsm.BartonBandis(jrc=8, jcs=5e7, residual_friction=28),
-)
-OF_JOINTS: tuple[dict[str, Any], ...] = (
-    {"tensile_strength": 2e4},
-    {"max_closure": 1e-3},
-    {"dilation_angle": 5.0, "dilation_slip": 0.01},
-    {"shear_stiffness_exponent": 0.5, "reference_stress": 1e6},
-)
 FIELDS = (
     bsm.InSitu(surface=3.0, k0=0.5),
     bsm.InSitu(surface=3.0, k0=0.5, method="gravity"),
@@ -53,12 +24,6 @@ LOADS: tuple[Load, ...] = (
     bsm.PointLoad(block=10, point=(1.5, 2.5), force=(2e3, -1e4)),
     bsm.EarthPressure(boundary="left", state="active", unit_weight=19e3, friction=30, surface=3.0),
 )
-BOLTS: dict[str, dict[str, Any]] = {
-    "grouted": {"bond_strength": 2e5},
-    "end-anchored": {"kind": "end_anchored", "anchor_capacity": 2e5},
-    "resists shear": {"bond_strength": 2e5, "bearing_stiffness": 1e9},
-    "pretensioned": {"pretension": 2e4, "yield_strength": 5e8},
-}
 STAGES = ("excavate", "relax", "pressure", "fill", "water", "strength", "gravity", "shaking", "load", "nothing")
 SHAKEN: tuple[dict[str, Any], ...] = (
     {},
@@ -67,24 +32,6 @@ SHAKEN: tuple[dict[str, Any], ...] = (
     {"mass_damping": (0.05, 5.0)},
     {"integrator": "implicit"},
 )
-
-
-class Draw:
-    """Draws the combination of a seed; `tags` are the features that it has."""
-
-    def __init__(self, seed: int) -> None:
-        self._random = np.random.default_rng(seed)
-        self.tags: list[str] = []
-
-    def one(self, *choices: Any) -> Any:
-        """Return one of some choices."""
-        return choices[self._random.integers(len(choices))]
-
-    def often(self, share: float, tag: str = "") -> bool:
-        """Return whether a feature is drawn, with a share of all seeds."""
-        drawn = bool(self._random.random() < share)
-        self.tags += [tag] if drawn and tag else []
-        return drawn
 
 
 @cache
@@ -204,46 +151,3 @@ def _stage(draw: Draw, number: int, flow: bool) -> dict[str, Any]:
         "nothing": {},
     }
     return {"name": f"stage {number + 1}", **changes[kind]}
-
-
-def judged(seed: int) -> dict[str, Any]:
-    """Return the answer to a combination: its verdict or ``refused``, and faults."""
-    parts, options, tags = combination(seed)
-    begun = time.process_time()
-    told: dict[str, Any] = {"seed": seed, "tags": tags, "faults": []}
-    try:
-        results = bsm.run(bsm.Model(**parts), options)
-        told |= {"verdict": str(results.status), "reason": results.stages[-1].reason}
-        told["faults"] = _faults(results)
-    except bsm.ModelError as error:
-        told |= {"verdict": "refused", "reason": str(error)}
-    except Exception as error:
-        told |= {"verdict": "error", "reason": f"{type(error).__name__}: {error}", "faults": ["error"]}
-    return {**told, "seconds": round(time.process_time() - begun, 2)}
-
-
-def _faults(results: bsm.Results) -> list[str]:
-    """Return which of check, certificate, reading and drawing do not hold."""
-    found = [] if results.status != "stable" or results.check().ok else ["check"]
-    with tempfile.TemporaryDirectory() as place, contextlib.redirect_stdout(io.StringIO()):
-        folder = results.save(Path(place) / "out")
-        found += ["certificate"] * (verify_certificate.main(folder) != 0)
-        back = bsm.Results.load(folder)
-    found += ["read back"] * (back.status != results.status)
-    for picture in DRAWN:
-        with contextlib.suppress(bsm.ModelError):  # there is nothing to show
-            back.plot(picture)
-    return found
-
-
-def table(records: list[dict[str, Any]]) -> str:
-    """Return verdicts and processor times, and the combinations with a fault."""
-    verdicts = Counter(record["verdict"] for record in records)
-    seconds = {name: sum(r["seconds"] for r in records if r["verdict"] == name) for name in verdicts}
-    rows = [(name, str(count), f"{seconds[name]:.0f}") for name, count in sorted(verdicts.items())]
-    wrong = [f"seed {r['seed']}: {', '.join(r['faults'])} ({', '.join(r['tags'])})" for r in records if r["faults"]]
-    return "\n".join([markdown(("answer", "combinations", "processor time, s"), rows), "", *wrong])
-
-
-if __name__ == "__main__":
-    sys.exit(seeds_command(MAKER, __doc__, 300, judged, table))
