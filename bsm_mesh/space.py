@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bsm_mesh.three_d.mechanics import Space
     from bsm_mesh.three_d.model.bolts import pass_polyhedra
     from bsm_mesh.three_d.model.given import faults_in_space
-    from bsm_mesh.three_d.model.loads import forces_in_space
+    from bsm_mesh.three_d.model.loads import forces_in_space, in_situ_forces
     from bsm_mesh.three_d.model.notes import notes_in_space
     from bsm_mesh.three_d.model.parts import some_polyhedra
     from bsm_mesh.three_d.model.supports import bars_in_space
@@ -39,6 +39,7 @@ __all__ = [
     "check_stage",
     "faults_in_space",
     "forces_in_space",
+    "in_situ_forces",
     "joint_polygons",
     "limit_in_space",
     "notes_in_space",
@@ -61,6 +62,7 @@ HOMES = {
     "check_stage": "bsm_mesh.three_d.check",
     "faults_in_space": "bsm_mesh.three_d.model.given",
     "forces_in_space": "bsm_mesh.three_d.model.loads",
+    "in_situ_forces": "bsm_mesh.three_d.model.loads",
     "joint_polygons": "bsm_mesh.three_d.joint_polygons",
     "limit_in_space": "bsm_mesh.three_d.limit.of_model",
     "notes_in_space": "bsm_mesh.three_d.model.notes",

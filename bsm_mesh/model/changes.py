@@ -139,7 +139,7 @@ def _multiplied(load: Load, factor: float) -> Load:
     if isinstance(load, Pressure):
         return replace(load, pressure=_times(load.pressure, factor))
     if isinstance(load, Traction):
-        return replace(load, traction=(_times(load.traction[0], factor), _times(load.traction[1], factor)))
+        return replace(load, traction=tuple(_times(part, factor) for part in load.traction))
     if isinstance(load, EarthPressure):
         return replace(load, factor=factor * load.factor)
     if isinstance(load, EdgeTractions):
@@ -151,5 +151,4 @@ def _multiplied(load: Load, factor: float) -> Load:
 
 
 def _times(value: LinearField, factor: float) -> LinearField:
-    constant, by_x, by_y = value
-    return factor * constant, factor * by_x, factor * by_y
+    return tuple(factor * part for part in value)

@@ -19,8 +19,8 @@ from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.quantities import BLOCK, FORCE, STRESS, STRESS_GRADIENT
 from bsm_mesh.model.values import Rules, parts_of, plain_numbers
 
-LinearField: TypeAlias = tuple[float, float, float]
-"""Coefficients (c, a_x, a_y) of ``c + a_x * x + a_y * y``."""
+LinearField: TypeAlias = tuple[float, ...]
+"""Coefficients (c, a_x, a_y) of ``c + a_x * x + a_y * y``; in space (c, a_x, a_y, a_z)."""
 AnyField: TypeAlias = float | Sequence[float]
 """A constant, or those coefficients."""
 
@@ -69,7 +69,7 @@ class Pressure:
     boundary : str
         Name of the boundary.
     pressure : float or (c, a_x, a_y) [Pa, Pa/m]
-        Constant, or linear in the coordinates: ``c + a_x * x + a_y * y``.
+        Constant, or linear in the coordinates: ``c + a_x * x + a_y * y``. In space (c, a_x, a_y, a_z).
 
     Examples
     --------
@@ -85,19 +85,20 @@ class Pressure:
 
     def __post_init__(self) -> None:
         place = _on_boundary(self.boundary)
-        object.__setattr__(self, "pressure", linear_field(self.pressure, f"{place}: pressure"))
+        object.__setattr__(self, "pressure", _any_field(self.pressure, f"{place}: pressure"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Traction:
-    """A traction on a boundary, force per area in x and y.
+    """A traction on a boundary, force per area in x and y, in space in z too.
 
     Attributes
     ----------
     boundary : str
         Name of the boundary.
     traction : pair of float or (c, a_x, a_y) [Pa, Pa/m]
-        Components (t_x, t_y), each constant or linear in the coordinates.
+        Components (t_x, t_y), each constant or linear in the coordinates. In space there are three components, each
+        constant or (c, a_x, a_y, a_z).
 
     Examples
     --------
@@ -107,14 +108,16 @@ class Traction:
     """
 
     boundary: str
-    traction: Given[tuple[LinearField, LinearField], Sequence[AnyField]] = by_default(field())
+    traction: Given[tuple[LinearField, ...], Sequence[AnyField]] = by_default(field())
 
     def __post_init__(self) -> None:
         name = f"{_on_boundary(self.boundary)}: traction"
         parts = parts_of(self.traction)
-        if parts is None or len(parts) != 2:
-            raise ModelError(f"{name} = {as_given(self.traction)} needs two components (t_x, t_y)")
-        fields = tuple(linear_field(part, f"{name} {axis}") for part, axis in zip(parts, "xy", strict=True))
+        if parts is None or len(parts) not in (2, 3):
+            raise ModelError(
+                f"{name} = {as_given(self.traction)} needs two components (t_x, t_y), in space three (t_x, t_y, t_z)"
+            )
+        fields = tuple(_any_field(part, f"{name} {axis}") for part, axis in zip(parts, "xyz", strict=False))
         object.__setattr__(self, "traction", fields)
 
 
@@ -198,6 +201,24 @@ def _on_boundary(name: object) -> str:
     return f"load on '{name}'"
 
 
+def _any_field(value: float | Sequence[float], name: str) -> LinearField:
+    """Return the coefficients of a field of the plane, or of space by four numbers; three of a constant."""
+    several = parts_of(value)
+    found = linear_field(value, name, axes=3 if several is not None and len(several) == 4 else 2)
+    return found if any(found[1:]) else found[:3]
+
+
+def refuse_misfit(load: Pressure | Traction, axes: int) -> None:
+    """Raise a `ModelError` for a load whose components or coefficients are those of another number of axes."""
+    fields = (load.pressure,) if isinstance(load, Pressure) else load.traction
+    needed = ("two components (t_x, t_y)", "three components (t_x, t_y, t_z)")[axes - 2]
+    if isinstance(load, Traction) and len(fields) != axes:
+        raise ModelError(f"load on '{load.boundary}': traction has {len(fields)} components; it needs {needed}")
+    if any(len(field) != 1 + axes and any(field[1:]) for field in fields):
+        form = ("[c, a_x, a_y]", "[c, a_x, a_y, a_z]")[axes - 2]
+        raise ModelError(f"load on '{load.boundary}': give each component as one number or as {form}")
+
+
 def linear_field(value: float | Sequence[float], name: str, *, axes: int = 2) -> tuple[float, ...]:
     """Return the coefficients (c, a_x, a_y), in space with a_z too, of a constant or linear field."""
     several = parts_of(value)
@@ -248,8 +269,10 @@ def edge_tractions(load: BoundaryLoad, blocks: Blocks) -> tuple[IntArray, FloatA
     Raises
     ------
     ModelError
-        If there is no such boundary, or the load is given for another number of edges.
+        If there is no such boundary, or the load is given for another number of edges, or for space.
     """
+    if isinstance(load, Pressure | Traction):
+        refuse_misfit(load, axes=2)
     edges = blocks.boundary_edges(load.boundary)
     along = blocks.edge_vectors[edges]
     ends = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1)
@@ -262,11 +285,14 @@ def edge_tractions(load: BoundaryLoad, blocks: Blocks) -> tuple[IntArray, FloatA
     if isinstance(load, EarthPressure):
         return edges, ends, load.tractions(ends)
     if isinstance(load, Traction):
-        return edges, ends, np.stack([_evaluate(field, ends) for field in load.traction], axis=2)
+        return edges, ends, np.stack([values_of(field, ends) for field in load.traction], axis=2)
     inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
-    return edges, ends, _evaluate(load.pressure, ends)[:, :, None] * inward[:, None, :]
+    return edges, ends, values_of(load.pressure, ends)[:, :, None] * inward[:, None, :]
 
 
-def _evaluate(field: LinearField, points: FloatArray) -> FloatArray:
-    value: FloatArray = field[0] + field[1] * points[..., 0] + field[2] * points[..., 1]
+def values_of(field: LinearField, points: FloatArray) -> FloatArray:
+    """Return the values of a linear field at points (..., axes)."""
+    value: FloatArray = np.full(points.shape[:-1], field[0])
+    for axis, slope in zip(range(points.shape[-1]), field[1:], strict=False):
+        value += slope * points[..., axis]
     return value

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
-from bsm_mesh import doors
+from bsm_mesh import doors, space
 from bsm_mesh.arrays import FloatArray, content_hash
 from bsm_mesh.errors import counted, raise_faults
 from bsm_mesh.given import Given, by_default
@@ -254,6 +254,11 @@ class Model:
         derived = [load for load in loads if isinstance(load, InSituTraction)]
         if not derived:
             return tuple(load for load in loads if not isinstance(load, InSituTraction))
+        if in_space(self.blocks):
+            return tuple(
+                space.in_situ_forces(self, load.boundary) if isinstance(load, InSituTraction) else load
+                for load in loads
+            )
         from bsm_mesh.model.stress_field import StressField  # compiled code: not before it is needed
 
         field = StressField(self)

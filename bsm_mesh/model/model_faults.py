@@ -215,14 +215,21 @@ def _missing(
             )
 
 
+def faults_of_in_situ_load(load: InSituTraction, model: Model) -> list[str]:
+    """Return a sentence where a load that balances the in-situ stress has no boundary, or no stress is given."""
+    known = model.blocks.boundaries
+    if load.boundary not in known:
+        return [f"there is no boundary '{load.boundary}'{nearest(load.boundary, known)}"]
+    if model.in_situ is None or not model.in_situ.describes_field:
+        components = "xx, yy, zz, xy, yz, xz" if in_space(model.blocks) else "xx, yy, xy"
+        return [f"in_situ = true needs the field: give [in_situ] with surface and k0, or stress = {{{components}}}"]
+    return []
+
+
 def _load_faults(load: Load, model: Model) -> list[str]:
     blocks = model.blocks
     if isinstance(load, InSituTraction):
-        if load.boundary not in blocks.boundaries:
-            return [f"there is no boundary '{load.boundary}'{nearest(load.boundary, blocks.boundaries)}"]
-        if model.in_situ is None or not model.in_situ.describes_field:
-            return ["in_situ = true needs the field: give [in_situ] with surface and k0, or stress = {xx, yy, xy}"]
-        return []
+        return faults_of_in_situ_load(load, model)
     if not isinstance(load, PointLoad):
         faults: list[str] = []
         with gathered(faults):

@@ -42,7 +42,7 @@ from bsm_mesh.modelfile.model_tables import (
 )
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.record_files import read_record
-from bsm_mesh.modelfile.space_tables import SpaceInSituTable
+from bsm_mesh.modelfile.space_tables import SpaceInSituTable, SpaceLoadTable
 
 NEEDS_LAW = (
     "a joint with {} needs the key 'law'. "
@@ -163,8 +163,8 @@ def collected(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[M
     return made
 
 
-def make_load(table: LoadTable, place: str) -> Load:
-    """Return a load."""
+def make_load(table: LoadTable | SpaceLoadTable, place: str) -> Load:
+    """Return a load of the plane or of space."""
     given = table.model_dump(exclude_none=True)
     if set(given) == {"boundary", "pressure"}:
         return Pressure(**given)
@@ -172,12 +172,14 @@ def make_load(table: LoadTable, place: str) -> Load:
         return InSituTraction(boundary=given["boundary"])
     if set(given) == {"boundary", "traction"}:
         return Traction(**given)
-    if set(given) == {"boundary", "earth_pressure"} and table.earth_pressure is not None:
+    if set(given) == {"boundary", "earth_pressure"}:
         return EarthPressure(boundary=given["boundary"], **given["earth_pressure"])
     if set(given) == {"block", "point", "force"}:
-        return PointLoad(**given)
+        with placed(place):
+            return PointLoad(**given)
+    on_boundary = [key for key in ("pressure", "traction", "earth_pressure") if key in type(table).model_fields]
     raise ModelError(
-        f"{place}: give boundary with pressure, traction, earth_pressure or in_situ = true, or block with point and "
+        f"{place}: give boundary with {', '.join(on_boundary)} or in_situ = true, or block with point and "
         f"force; given: {', '.join(sorted(given)) or 'nothing'}"
     )
 

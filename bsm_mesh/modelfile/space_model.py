@@ -5,19 +5,18 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from bsm_mesh.errors import ModelError, placed, raise_faults
+from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.histories import History
-from bsm_mesh.model.loads import Load, PointLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import HeadPlane, Water
 from bsm_mesh.modelfile.build_bolts import make_space_bolts
 from bsm_mesh.modelfile.build_parts import collected, make_in_situ, make_load, make_options, make_supports
 from bsm_mesh.modelfile.class_keys import given_in
-from bsm_mesh.modelfile.model_tables import LoadTable, SupportTable
+from bsm_mesh.modelfile.model_tables import SupportTable
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_file import Cutter, LoadedSpace, blocks_of, cut_space_file
-from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceLoadTable, SpaceStageTable, SpaceWaterTable
+from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceStageTable, SpaceWaterTable
 from bsm_mesh.modelfile.unused import bolts_on_nothing
 
 
@@ -42,7 +41,9 @@ def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
             for k, table in enumerate(file.support)
         ),
     )
-    loads = collected(faults, (partial(_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load)))
+    loads = collected(
+        faults, (partial(make_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load))
+    )
     bolts = collected(
         faults,
         (partial(make_space_bolts, table, f"[[bolt]] number {k + 1}", reach) for k, table in enumerate(file.bolt)),
@@ -77,24 +78,10 @@ def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
     return model
 
 
-def _load(table: SpaceLoadTable, where: str) -> Load:
-    """Return a load: a pressure as in the plane, or a force at a point of a block."""
-    given = table.model_dump(exclude_none=True)
-    if set(given) == {"boundary", "pressure"}:
-        return make_load(LoadTable(**given), where)
-    if set(given) != {"block", "point", "force"}:
-        raise ModelError(
-            f"{where}: give boundary with pressure, or block with point and force; "
-            f"given: {', '.join(sorted(given)) or 'nothing'}"
-        )
-    with placed(where):
-        return PointLoad(**given)
-
-
 def _stage(table: SpaceStageTable) -> Stage:
     """Return a stage."""
     where = f"stage '{table.name}'"
-    loads = tuple(_load(load, f"{where}: load {k + 1}") for k, load in enumerate(table.load))
+    loads = tuple(make_load(load, f"{where}: load {k + 1}") for k, load in enumerate(table.load))
     water = None if table.water is None else _water(table.water, f"{where}: water")
     gravity = None if table.gravity is None else (table.gravity.horizontal, table.gravity.vertical)
     return Stage(

@@ -17,7 +17,7 @@ from bsm_mesh.modelfile.class_keys import keys_of
 from bsm_mesh.modelfile.material_tables import JointTable, RockTable
 from bsm_mesh.modelfile.mesh_tables import PathText, Table, finite
 from bsm_mesh.modelfile.model_tables import FallsTable, OutputTable, ReportTable, SolverTable, StressRatio
-from bsm_mesh.modelfile.units import Lines, SpaceForce, SpaceRegion, SpaceStress, Vector
+from bsm_mesh.modelfile.units import Lines, SpaceForce, SpaceRegion, SpaceStress, SpaceStressTriple, Vector
 
 Angle = Annotated[float, q.AZIMUTH]
 Dip = Annotated[float, q.DIP]
@@ -176,10 +176,17 @@ class SpaceSupportTable(Table):
 
 
 class SpaceLoadTable(Table):
-    """A load: a pressure on a boundary, or a force on a block at a point."""
+    """A load: on a boundary (one of pressure, traction, in_situ), or a force on a block at a point."""
 
     boundary: str | None = Field(default=None, description="NAME of the boundary that is loaded")
-    pressure: Annotated[float, q.STRESS] | None = Field(default=None, description="positive into the blocks")
+    in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
+    pressure: SpaceStress | None = Field(
+        default=None, description="positive into the blocks; constant or [c, a_x, a_y, a_z]"
+    )
+    traction: SpaceStressTriple | None = Field(
+        default=None,
+        description="force per area [t_x, t_y, t_z], towards east, north, up; each constant or [c, a_x, a_y, a_z]",
+    )
     block: Annotated[int, q.BLOCK] | None = Field(default=None, description="number of the block with the force")
     point: Vector | None = Field(default=None, description="of the force: east, north, up")
     force: SpaceForce | None = Field(default=None, description="towards east, north, up")

@@ -58,10 +58,16 @@ def _coefficients(value: list[object] | tuple[object, ...]) -> tuple[float, ...]
     return convert(value[0], STRESS), *(convert(part, STRESS_GRADIENT) for part in value[1:])
 
 
-def _linear_stress_pair(value: object) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _linear_stress_pair(value: object) -> tuple[tuple[float, ...], ...]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise ValueError("needs two components [t_x, t_y], each a stress or [c, a_x, a_y]")
-    return _linear_stress(value[0]), _linear_stress(value[1])
+    return tuple(map(_linear_stress, value))
+
+
+def _space_stress_triple(value: object) -> tuple[tuple[float, ...], ...]:
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError("needs three components [t_x, t_y, t_z], each a stress or [c, a_x, a_y, a_z]")
+    return tuple(map(_space_stress, value))
 
 
 def _linear_schema(axes: str = "xy") -> dict[str, Any]:
@@ -77,6 +83,12 @@ LinearStressPair = Annotated[
     Any,
     PlainValidator(_linear_stress_pair),
     WithJsonSchema({"type": "array", "items": _linear_schema(), "minItems": 2, "maxItems": 2}),
+    Each(STRESS),
+]
+SpaceStressTriple = Annotated[
+    Any,
+    PlainValidator(_space_stress_triple),
+    WithJsonSchema({"type": "array", "items": _linear_schema("xyz"), "minItems": 3, "maxItems": 3}),
     Each(STRESS),
 ]
 

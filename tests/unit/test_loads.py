@@ -31,7 +31,7 @@ def resultant(forces, about=(0.0, 0.0)):
         (lambda: bsm.PointLoad(block=0.5, point=(0, 0), force=(1, 1)), "block = 0.5 must be a whole number, 0 to"),
         (lambda: bsm.Pressure(boundary="t", pressure=(1, 2)), "load on 't': pressure: give one number, or three"),
         (lambda: bsm.Pressure(boundary="t", pressure=None), "load on 't': pressure: value = None is not a finite"),
-        (lambda: bsm.Traction(boundary="t", traction=(1, 2, 3)), "needs two components (t_x, t_y)"),
+        (lambda: bsm.Traction(boundary="t", traction=(1, 2, 3, 4)), "needs two components (t_x, t_y), in space three"),
         (lambda: bsm.Traction(boundary="t", traction=3.0), "needs two components (t_x, t_y)"),
         (lambda: bsm.EdgeTractions(boundary="t", values=np.zeros((3, 2))), "EdgeTractions.values: shape (3, 2)"),
         (

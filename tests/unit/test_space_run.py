@@ -128,11 +128,24 @@ boundary = "east"
 pressure = "2 kPa"
 
 [[load]]
+boundary = "west"
+pressure = ["30 kPa", 0, 0, "-10 kPa/m"]
+
+[[load]]
+boundary = "top"
+traction = [0, "1 kPa", [-2e3, 0, 50, 0]]
+
+[[load]]
+boundary = "north"
+in_situ = true
+
+[[load]]
 block = 0
 point = [1, 1, 2]
 force = [0, "1 kN", 0]
 """
-    case.write("slope.toml", SLOPE + loads)
+    ground = "\n[in_situ]\nsurface = 3\nk0 = 0.5\n"
+    case.write("slope.toml", SLOPE + loads + ground)
     model = bsm.load(case.folder / "slope.toml")
     again = bsm.Model(
         blocks=model.blocks,
@@ -140,7 +153,14 @@ force = [0, "1 kN", 0]
         joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
         default_joint="J1",
         supports=[bsm.Fixed(boundary="bottom")],
-        loads=model.loads,
+        loads=[
+            bsm.Pressure(boundary="east", pressure=2e3),
+            bsm.Pressure(boundary="west", pressure=(3e4, 0, 0, -1e4)),
+            bsm.Traction(boundary="top", traction=(0, 1e3, (-2e3, 0, 50, 0))),
+            bsm.InSituTraction(boundary="north"),
+            bsm.PointLoad(block=0, point=(1, 1, 2), force=(0, 1e3, 0)),
+        ],
+        in_situ=bsm.InSitu(surface=3.0, k0=0.5),
         contact_points="both",
         stages=[bsm.Stage(name="lid off", excavate=["lid"])],
     )
@@ -149,13 +169,15 @@ force = [0, "1 kN", 0]
         case.folder / "slope.toml"
     ).read_text() + "[stage.gravity]\nhorizontal = 0.1\ntrend = 20\n[gravity]\ntrend = 9\n"
     field = '\n[in_situ.stress]\nxx = "-2 MPa"\nzz = [-1e6, 0, 0, "26 kN/m^3"]\n'
-    case.write("shaken.toml", text.replace(loads, "") + loads + field)
+    case.write("shaken.toml", text.replace(loads + ground, "") + loads + field)
     other = bsm.load(case.folder / "shaken.toml")
     (stage,) = other.stages
     assert other.in_situ == bsm.InSitu(stress={"xx": -2e6, "zz": (-1e6, 0, 0, 26e3)})
     assert (stage.gravity, stage.gravity_trend) == ((0.1, 0.0), 20.0)
     results = bsm.run(model)
-    assert_allclose(results.stages[-1].total_load, [-2e3 * 2 * results_height(model), 1e3, -260e3])
+    h = results_height(model)  # the sides are 2 m wide; the load on the top is gone with the lid
+    west, north = 2 * (30e3 * h - 10e3 * h**2 / 2), 2 * 0.5 * 26e3 * (3 * h - h**2 / 2)
+    assert_allclose(results.stages[-1].total_load, [west - 2e3 * 2 * h, 1e3 - north, -260e3])
     assert tables_of(model.options)["solver"]["threads"] == 1
 
 
@@ -238,7 +260,7 @@ def test_what_is_for_the_plane_is_refused(case: Case) -> None:
         (
             "[solver]",
             '[[load]]\nboundary = "east"\n[solver]',
-            "give boundary with pressure, or block with point and force",
+            "give boundary with pressure, traction or in_situ = true, or block with point and force",
         ),
         ("[solver]", "[[load]]\nblock = 9\npoint = [1, 1, 2]\nforce = [1, 0, 0]\n[solver]", "there is no block 9"),
         (

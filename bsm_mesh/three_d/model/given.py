@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from bsm_mesh.errors import gathered, nearest
+from bsm_mesh.errors import gathered, nearest, raise_faults
 from bsm_mesh.model.histories import history_faults
+from bsm_mesh.model.loads import InSituTraction
+from bsm_mesh.model.model_faults import faults_of_in_situ_load
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.strength import strength_faults
 from bsm_mesh.model.supports import bars_of, points_down
@@ -52,7 +54,10 @@ def faults_in_space(model: Model) -> list[str]:
     for where, loads in (("", model.loads), *((f"stage '{s.name}': ", s.loads) for s in model.stages)):
         for number, load in enumerate(loads):
             with gathered(faults, f"{where}load {number + 1} ({type(load).__name__})"):
-                forces_in_space([load], blocks)
+                if isinstance(load, InSituTraction):
+                    raise_faults(faults_of_in_situ_load(load, model))
+                else:
+                    forces_in_space([load], blocks)
     faults += _history_faults(model)
     faults += [text for stage in model.stages for text in _stage_faults(stage)]
     for stage in model.stages:
