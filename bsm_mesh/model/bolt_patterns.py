@@ -103,7 +103,7 @@ def row_of_bolts(
     direction : float, optional [degrees]
         Direction of all bolts from the x axis; normal to the boundary where not given.
     stages : sequence of Stage
-        Of the model, for bolts with a `stage`: a face that it or an earlier one lays bare is bolted from that side.
+        Of the model, for bolts with a `stage`. A face that it or an earlier one lays bare is bolted from that side.
     **keys
         What all bolts share; see `Bolt`.
 
