@@ -274,7 +274,17 @@ def _by_pint(number: float, spelled: str, unit: str, cure: str) -> float:
         return float(f"{quantity.to(unit).magnitude:.15g}")  # 26 kN is 26000, not 26000.000000000004
     except pint.DimensionalityError:
         density = " (a density: its unit weight is g = 9.81 m/s^2 times it)" if quantity.check("[density]") else ""
-        raise ValueError(f"is in {quantity.units:~P}{density}, which does not convert to {unit}; {cure}") from None
+        said = (
+            f"is in {quantity.units:~P}{density}, which does not convert to {unit}{_as_a_force(spelled, unit)}; {cure}"
+        )
+        raise ValueError(said) from None
+
+
+def _as_a_force(spelled: str, unit: str) -> str:
+    """Return the unit meant where a force is written as a mass, for the message: lb/ft^3 for lbf/ft^3."""
+    force = re.sub(r"\b(lb|kg|t)\b", r"\1f", spelled)
+    meant = force != spelled and _registry().is_compatible_with(force, unit)
+    return f"; of a force write {force}" if meant else ""
 
 
 def _spelled_out(unit: str) -> str:

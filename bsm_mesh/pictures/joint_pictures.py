@@ -80,7 +80,10 @@ def draw_pressure(sheet: Sheet) -> str | None:
 
 
 def draw_thrust(sheet: Sheet) -> str | None:
-    """Draw the contact forces as lines of thrust: from block to block through where the resultant acts."""
+    """Draw the contact forces as lines of thrust: from block to block through where the resultant acts.
+
+    Of a row of blocks it is the line of thrust of an arch.
+    """
     scene = sheet.scene
     contacts = scene.stage.contacts
     if not len(contacts.length):
@@ -101,7 +104,7 @@ def draw_thrust(sheet: Sheet) -> str | None:
         return None
     add_paper(sheet, TRUE)
     at = at[chosen] / weight[chosen, None]
-    ends = [middle(scene, pairs[chosen, k], TRUE) for k in (0, 1)]
+    ends = _turning_points(scene, pairs[chosen], at)
     lines = np.concatenate([np.stack([end, at], axis=1) for end in ends])
     values, unit = scaled(np.tile(size[chosen], 2), "N/m")
     (_, high), remark = limits(values)
@@ -111,6 +114,22 @@ def draw_thrust(sheet: Sheet) -> str | None:
     sheet.scale(drawn, f"force between two blocks, {unit}")
     told = f"lines of thrust, greatest force {engineering(float(size[chosen].max()), 'N/m')}; width by force"
     return f"{told}{remark}{_over(sheet)}"
+
+
+def _turning_points(scene: Scene, pairs: IntArray, at: FloatArray) -> list[FloatArray]:
+    """Return where lines of thrust through points (k, 2) turn in both blocks of pairs (k, 2): two arrays (k, 2).
+
+    That is the centroid. A block between two others, such as a stone of an arch, has one straight line.
+    """
+    count = scene.results.blocks.count
+    forces = np.bincount(pairs.ravel(), minlength=count)
+    forces[scene.stage.supports.block] = 0  # a support is a further force
+    half = np.zeros((count, 2))
+    np.add.at(half, pairs.ravel(), np.repeat(at, 2, axis=0) / 2)
+    return [
+        np.where(forces[block, None] == 2, half[block], middle(scene, block, TRUE))
+        for block in (pairs[:, 0], pairs[:, 1])
+    ]
 
 
 def _by_value(

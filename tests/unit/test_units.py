@@ -76,6 +76,8 @@ def test_other_units_are_read_by_the_library(text: str, unit: str) -> None:
         ("GPa", "Pa", "not a number"),  # pint reads 1 GPa
         ("35", "degree", "without a unit"),  # pint reads radians
         ("35 %", "degree", "does not convert"),
+        ("160 lb/ft^3", "N/m^3", r"of a force write lbf/ft\^3"),
+        ("10 t/m2", "Pa", r"of a force write tf/m\^2"),
         ("10 GPa + 1 Pa", "Pa", "not a number"),
         ("1 000 kPa", "Pa", "not a number"),
         ("9**9**9**9**9 Pa", "Pa", "not a number"),  # pint computes it, for ever

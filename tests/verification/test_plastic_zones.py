@@ -163,6 +163,7 @@ def test_limit_analysis_is_asked_about_a_block_that_is_there(monkeypatch):
     monkeypatch.setattr(limit_proof, "prove", lambda model, down: asked.append(down.tolist()) or Proof(text="no proof"))
     stage = bsm.run(model).stages[-1]
     assert stage.status == "not_converged"
+    assert "bsm-mesh safety finds" in stage.reason
     assert asked
     assert max(map(max, asked)) < int(stage.present.sum())
 

@@ -38,6 +38,10 @@ NO_LARGE_EQUILIBRIUM = (
     "no equilibrium was found in the zones; displacements are those of the last one, or where motion ended; leave "
     "zones out to see whether blocks fall"
 )
+NO_SMALL_YIELDED_EQUILIBRIUM = (
+    "no equilibrium was found in the zones, whose rock can yield: bsm-mesh safety finds the greatest factor with one; "
+    "displacements are those of the last"
+)
 NO_YIELDED_EQUILIBRIUM = (
     "no equilibrium was found in the zones, whose rock yields; small displacement (displacement = 'small') shows "
     "whether it yields without end, and rigid blocks (without zones) whether blocks fall"
@@ -287,7 +291,7 @@ def _verdict(
         )
     if not found.converged:
         if end.large is None:
-            return Status.NOT_CONVERGED, NO_EQUILIBRIUM
+            return Status.NOT_CONVERGED, NO_EQUILIBRIUM if end.plastic is None else NO_SMALL_YIELDED_EQUILIBRIUM
         yields = end.at.plastic is not None and bool(end.at.plastic.yields.any())
         return Status.NOT_CONVERGED, NO_YIELDED_EQUILIBRIUM if yields else NO_LARGE_EQUILIBRIUM
     if end.large is not None:
