@@ -8,7 +8,7 @@ import os
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import click
 
@@ -108,13 +108,12 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 def check(
     model: Path,
     as_json: bool,
-    picture: Path | None,
-    settings: tuple[str, ...],
+    quiet: bool,
+    no_scripts: bool,
     repair: Path | None,
     snap: float,
     across_joints: bool,
-    quiet: bool,
-    no_scripts: bool,
+    **asked: Any,
 ) -> None:
     """Validate MODEL; report on mesh and blocks.
 
@@ -124,17 +123,8 @@ def check(
     start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.check import Repair, check_model
 
-    asked = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
-    scripts = not no_scripts
-    check_model(
-        model,
-        as_json=as_json,
-        picture=picture,
-        settings=settings,
-        repair=asked,
-        scripts=scripts,
-        quiet=quiet or as_json,
-    )
+    asked["repair"] = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
+    check_model(model, as_json=as_json, quiet=quiet or as_json, scripts=not no_scripts, **asked)
 
 
 @cli.command()
@@ -164,16 +154,7 @@ def check(
 )
 @no_scripts_option
 def run(
-    model: Path,
-    output: Path | None,
-    resume: bool,
-    pictures: bool,
-    as_json: bool,
-    quiet: bool,
-    verbose: bool,
-    spread: bool,
-    tables: Literal["csv", "parquet"] | None,
-    no_scripts: bool,
+    model: Path, output: Path | None, as_json: bool, quiet: bool, verbose: bool, no_scripts: bool, **asked: Any
 ) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON.
 
@@ -183,21 +164,9 @@ def run(
     start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.commands import run_model
 
-    progress, scripts = Progress(quiet=quiet or (as_json and not verbose), verbose=verbose), not no_scripts
-    sys.exit(
-        run_model(
-            model,
-            output,
-            progress,
-            pictures=pictures,
-            as_json=as_json,
-            scripts=scripts,
-            resume=resume,
-            spread=spread,
-            tables=tables or False,
-            verbose=verbose,
-        )
-    )
+    asked["tables"] = asked["tables"] or False
+    progress = Progress(quiet=quiet or (as_json and not verbose), verbose=verbose)
+    sys.exit(run_model(model, output, progress, as_json=as_json, scripts=not no_scripts, verbose=verbose, **asked))
 
 
 @cli.command()

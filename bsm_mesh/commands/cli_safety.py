@@ -19,11 +19,13 @@ from bsm_mesh.commands.cli_options import (
 )
 from bsm_mesh.text.progress import Progress, start_early
 
-vary_option = partial(
-    click.option,
-    "--vary",
-    type=(str, str, str),
-    metavar="KEY GOOD BAD",
+vary_option = partial(click.option, "--vary", type=(str, str, str), metavar="KEY GOOD BAD")
+movement_option = click.option(
+    "--movement",
+    type=float,
+    default=0.05,
+    show_default=True,
+    help="A block that moves by more than this part of its size has failed.",
 )
 search_options = (
     click.option(
@@ -55,13 +57,7 @@ def _search_options(command: Any) -> Any:
     help="Reduced as the stage begins; once it is at rest; in all stages before as well.",
 )
 @vary_option(help="Find the limit of this number instead: stable at GOOD, failing towards BAD, with units or without.")
-@click.option(
-    "--movement",
-    type=float,
-    default=0.05,
-    show_default=True,
-    help="A block that moves by more than this part of its size has failed.",
-)
+@movement_option
 @_search_options
 @click.option("--spread", is_flag=True, help="Try the other starts and stiffer joints too.")
 @click.option(
@@ -112,13 +108,7 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
     help="Where blocks may go; repeatable, both by default.",
 )
 @click.option("--alone", is_flag=True, help="Do not run the model's shaken stage for comparison.")
-@click.option(
-    "--movement",
-    type=float,
-    default=0.05,
-    show_default=True,
-    help="A block that moves by more than this part of its size has failed.",
-)
+@movement_option
 @click.option("--tolerance", type=float, default=0.001, show_default=True, help="Width of the bracket [g].")
 @click.option("--trials", type=int, default=40, show_default=True, help="Most trials a side.")
 @click.option("--processes", type=int, default=1, show_default=True, help="Trials that run at the same time.")
@@ -130,9 +120,8 @@ def newmark(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scr
     """Find how far MODEL slides in an earthquake by Newmark's method.
 
     The yield acceleration is the greatest horizontal part of the weights that the blocks carry; the record is
-    integrated
-    twice where it exceeds it, as given and turned over. The displacement of the model's shaken stage is compared with
-    it. Exit code 3 where trials without a verdict keep a bracket open.
+    integrated twice where it exceeds it, as given and turned over. The displacement of the model's shaken stage is
+    compared with it. Exit code 3 where trials without a verdict keep a bracket open.
     """
     start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.commands.newmark import ask_newmark
@@ -178,15 +167,7 @@ def back_analysis(model: Path, as_json: bool, quiet: bool, no_scripts: bool, **a
 @json_option
 @quiet_option
 @no_scripts_option
-def study(
-    study: Path,
-    output: Path | None,
-    processes: int | None,
-    scheduler: str | None,
-    as_json: bool,
-    quiet: bool,
-    no_scripts: bool,
-) -> None:
+def study(study: Path, output: Path | None, as_json: bool, quiet: bool, no_scripts: bool, **asked: Any) -> None:
     """Run a model many times with other values.
 
     STUDY is a file that says which keys of a model vary, and how: a grid, a list, Latin hypercube or Monte Carlo. The
@@ -196,12 +177,4 @@ def study(
     start_early(f"reading {study}", quiet=quiet or as_json)
     from bsm_mesh.commands.study import study_command
 
-    study_command(
-        study,
-        output,
-        processes=processes,
-        scheduler=scheduler,
-        scripts=not no_scripts,
-        as_json=as_json,
-        quiet=quiet,
-    )
+    study_command(study, output, as_json=as_json, quiet=quiet, scripts=not no_scripts, **asked)
