@@ -1,4 +1,4 @@
-"""Polygons and plane vectors."""
+"""Polygons, vectors, and forces on blocks."""
 
 from __future__ import annotations
 
@@ -71,5 +71,18 @@ def turned_left(vectors: Any) -> Any:
 
 
 def cross(one: Any, other: Any) -> Any:
-    """Return the plane cross products of vectors (k, 2)."""
-    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    """Return the cross products of vectors: (k,) of plane ones (k, 2), (k, 3) of others."""
+    return np.cross(one, other) if one.shape[1] == 3 else one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+
+
+def add_forces(total: Any, a: Arrays, block: Any, point: Any, push: Any, moment: Any = 0.0) -> Any:
+    """Add forces at points of blocks, and moments, to those about the centroids (n, 3 or 6), and return these."""
+    moment = moment + cross(point - a["at"][block], push)
+    np.add.at(total, block, np.column_stack([push, moment]))
+    return total
+
+
+def scaled(a: Arrays, rows: Any) -> Any:
+    """Return forces and moments (n, 3 or 6) with the moments over the radii of gyration."""
+    axes = a["at"].shape[1]
+    return np.column_stack([rows[:, :axes], rows[:, axes:] / a["gyration"][:, None]])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .geometry import AGREES, Arrays, cross
+from .geometry import AGREES, Arrays, add_forces, scaled
 from .water import water_faults
 
 GIVEN = ("unit_weight", "gravity", "load_block", "load_point", "load_force")
@@ -20,10 +20,8 @@ def given_faults(a: Arrays, reference: float) -> list[str]:
     off = np.abs(weight - a["weight"])
     if not off.max(initial=0.0) <= AGREES * np.abs(a["weight"]).max(initial=0.0):
         faults.append(f"block {int(off.max(axis=1).argmax())} weighs otherwise than its area and its unit weight say")
-    loads, block = np.zeros_like(a["applied"]), a["load_block"]
-    moment = cross(a["load_point"] - a["at"][block], a["load_force"])
-    np.add.at(loads, block, np.column_stack([a["load_force"], moment]))
-    off = np.abs(loads - a["applied"]) / np.column_stack([np.ones((len(loads), 2)), a["gyration"]])
+    loads = add_forces(np.zeros_like(a["applied"]), a, a["load_block"], a["load_point"], a["load_force"])
+    off = np.abs(scaled(a, loads - a["applied"]))
     if not off.max(initial=0.0) <= AGREES * (reference + np.abs(a["load_force"]).max(initial=0.0)):
         faults.append(f"block {int(off.max(axis=1).argmax())} is loaded otherwise than by the loads")
     return faults + water_faults(a, reference)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .complete import corner_gaps, missing_faults
-from .geometry import AGREES, Arrays, cross, turned_left
+from .geometry import AGREES, Arrays, cross, scaled, turned_left
 from .strength import is_curved, strength_of
 from .water import water_on
 
@@ -105,7 +105,7 @@ def witness_faults(stage: dict[str, Any], a: Arrays, p: Arrays, *, linear: bool)
     """Return where loads and strength of the mechanism are not those of the certificate."""
     faults = []
     moves = p["velocity"].any(axis=1)
-    off = (given_loads(a) - p["loads"])[moves] / np.column_stack([np.ones((len(moves), 2)), a["gyration"]])[moves]
+    off = scaled(a, given_loads(a) - p["loads"])[moves]
     if "water_pieces" not in a and a["water"].any():  # that of flow and joints presses where the blocks have come to
         off = off[:, :0]
     if not np.abs(off).max(initial=0.0) <= AGREES * np.abs(p["loads"]).max(initial=0.0):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .geometry import AGREES, Arrays, cross, edges_of, moments, placed, size_of
+from .geometry import AGREES, Arrays, cross, edges_of, moments, placed, scaled, size_of
 
 TOUCHING = 2e-3  # of a block's size, beyond the opening: runs let contacts act across a thousandth of the mean size
 TURNED = 1e-6  # of a normal from its edge's
@@ -82,7 +82,7 @@ def shape_faults(a: Arrays) -> list[str]:
 
 def support_faults(a: Arrays, reference: float) -> list[str]:
     """Return which blocks the supports push where, or in a direction in which, no support holds them."""
-    push = np.abs(a["reactions"]) / np.column_stack([np.ones((len(a["reactions"]), 2)), a["gyration"]])
+    push = np.abs(scaled(a, a["reactions"]))
     allowed = AGREES * (reference + push.max(initial=0.0))
     pushed = np.flatnonzero((push > allowed).any(axis=1))
     loose = pushed[~np.isin(pushed, a["bar_block"])]

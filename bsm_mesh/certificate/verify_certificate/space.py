@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .geometry import AGREES, ROUNDING, Arrays
+from .balance import residuals
+from .geometry import AGREES, ROUNDING, Arrays, add_forces, scaled
 from .given import GIVEN
 from .space_water import water_faults
 from .strength import own_laws, strength_faults
@@ -74,31 +75,6 @@ def turned(vectors: Any, turn: Any) -> Any:
     return vectors + np.sinc(angle / np.pi) * across + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * np.cross(turn, across)
 
 
-def residuals(a: Arrays, reference: float) -> tuple[Any, Any]:
-    """Return the unbalanced force of every block, (n,), and its part from rounding, over the reference weight."""
-    total = a["applied"] + a["water"] + a["reactions"]
-    total[:, :3] += a["weight"]
-    force = a["contact_normal_force"][:, None] * a["contact_normal"] + a["contact_shear"]
-    borne = np.zeros(len(total))
-    for side, push in (("b", force), ("a", -force)):
-        block = a[f"contact_block_{side}"]
-        np.add.at(total, block, np.hstack([push, np.cross(a["contact_point"] - a["at"][block], push)]))
-        np.add.at(borne, block, np.linalg.norm(push, axis=1))
-    block, push = a["bolt_block"], a["bolt_force"]
-    if len(block):
-        np.add.at(total, block, np.hstack([push, np.cross(a["bolt_point"] - a["at"][block], push)]))
-        np.add.at(borne, block, np.linalg.norm(push, axis=1))
-    total[:, 3:] /= a["gyration"][:, None]
-    far = float(np.abs(a["at"][a["present"]]).max())
-    size = np.where(a["present"], np.abs(total).max(axis=1), 0.0)
-    return np.nan_to_num(size, nan=np.inf) / reference, ROUNDING * far * borne / a["gyration"] / reference
-
-
-def scaled(a: Arrays, rows: Any) -> Any:
-    """Return forces and moments (n, 6) with the moments over the radii of gyration."""
-    return rows / np.hstack([np.ones((len(rows), 3)), np.repeat(a["gyration"][:, None], 3, axis=1)])
-
-
 def given_faults(a: Arrays, reference: float) -> list[str]:
     """Return what acts on the blocks otherwise than by weights, loads and supports."""
     missing = [name for name in GIVEN if name not in a]
@@ -108,12 +84,9 @@ def given_faults(a: Arrays, reference: float) -> list[str]:
     off = np.abs((a["unit_weight"] * a["volume"])[:, None] * a["gravity"] - a["weight"])
     if not off.max(initial=0.0) <= AGREES * np.abs(a["weight"]).max(initial=0.0):
         faults.append(f"block {int(off.max(axis=1).argmax())} weighs otherwise than its volume and its unit weight say")
-    held, moment = a["support_block"], a["support_moment"]
-    block = a["load_block"]
-    arms = a["load_point"] - a["at"][block], a["support_point"] - a["at"][held]
-    loads = summed(block, np.hstack([a["load_force"], np.cross(arms[0], a["load_force"])]), len(a["rock"]))
-    push = a["support_reaction"]
-    reactions = summed(held, np.hstack([push, moment + np.cross(arms[1], push)]), len(a["rock"]))
+    push, nothing = a["support_reaction"], np.zeros((len(a["rock"]), 6))
+    loads = add_forces(nothing.copy(), a, a["load_block"], a["load_point"], a["load_force"])
+    reactions = add_forces(nothing, a, a["support_block"], a["support_point"], push, a["support_moment"])
     allowed = AGREES * (reference + max(np.abs(rows).max(initial=0.0) for rows in (a["load_force"], push)))
     if not np.abs(scaled(a, loads - a["applied"])).max(initial=0.0) <= allowed:
         faults.append("blocks are loaded otherwise than by the loads")

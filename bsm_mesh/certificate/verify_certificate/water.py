@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .geometry import AGREES, Arrays, placed, shapes
+from .geometry import AGREES, Arrays, placed, scaled, shapes
 
 WATER = 9810.0  # N/m3, where the model file gives none
 SAME = 1e-9  # relative: numbers of two files of the same model
@@ -73,7 +73,7 @@ def water_faults(a: Arrays, reference: float) -> list[str]:
     if "water_pieces" not in a:
         return []
     found = water_on(a, a["position"])[0] * a["present"][:, None]
-    off = (np.abs(found - a["water"]) / np.column_stack([np.ones((len(found), 2)), a["gyration"]])).max(axis=1)
+    off = np.abs(scaled(a, found - a["water"])).max(axis=1)
     allowed = AGREES * (reference + np.abs(a["water"][:, :2]).max(initial=0.0))
     return [] if off.max(initial=0.0) <= allowed else [f"block {int(off.argmax())} has other water than the table's"]
 
