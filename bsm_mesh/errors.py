@@ -120,10 +120,10 @@ def placed(place: str) -> Iterator[None]:
 
 @contextmanager
 def gathered(faults: list[str], place: str = "") -> Iterator[None]:
-    """Add the faults of the `ModelError` raised within to a list, each with its place."""
+    """Add the faults of the `InputError` raised within to a list, each with its place."""
     try:
         yield
-    except ModelError as error:
+    except InputError as error:
         faults.extend(f"{place}: {fault}" if place else fault for fault in error.faults)
 
 

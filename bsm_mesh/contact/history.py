@@ -14,6 +14,8 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ActiveContacts
 from bsm_mesh.contact.state import STATE, ContactState, state_of
 
+LEAST = float(np.finfo(float).tiny)  # pressure of a contact that presses
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class History(ContactState):
@@ -70,8 +72,9 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
     state = state_of(contacts, kept) | {name: values[kept] for name, values in _after_step(contacts, at).items()}
     offset = np.where(_still_overlapping(contacts, at)[kept], at.gap[kept], state["offset"])
     state["offset"] = np.where(is_open, offset_once_open(contacts)[kept], offset)
+    pressure = np.where(is_open, 0.0, np.maximum(at.pressure[kept], LEAST))
     history = History(
-        active=_active(contacts, at, position, kept, is_open),
+        active=active_contacts(contacts, at, position, kept, pressure),
         shear=at.shear[kept],
         tangential=at.tangential[kept],
         length=contacts.candidates.length[kept],
@@ -163,15 +166,16 @@ def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:
     return inside & (contacts.offset < 0) & contacts.within_tolerance
 
 
-def _active(
-    contacts: ContactSet, at: Evaluation, position: FloatArray, kept: IntArray, is_open: BoolArray
+def active_contacts(
+    contacts: ContactSet, at: Evaluation, position: FloatArray, kept: IntArray, pressure: FloatArray
 ) -> ActiveContacts:
+    """Return the contacts `kept` (k,) with their pressures (k,) [N/m], where they are at a position."""
     c = contacts.candidates
     tangent, arm_a = (vectors[kept] for vectors in contacts.frames(at.position)[:2])
     return ActiveContacts(
         pair=c.pair[kept],
         key=c.key[kept],
-        pressure=np.where(is_open, 0.0, np.maximum(at.pressure[kept], np.finfo(float).tiny)),
+        pressure=pressure,
         point=contacts.outlines.placed(position)[c.block_a[kept], :2] + arm_a,
         normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
     )

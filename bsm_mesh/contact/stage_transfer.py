@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.contact_set import gather_contacts
 from bsm_mesh.contact.fitted_fill import are_supported, fitted_fill
 from bsm_mesh.contact.forces import ContactSet, Evaluation, evaluate
-from bsm_mesh.contact.history import History
+from bsm_mesh.contact.history import LEAST, History, active_contacts
 from bsm_mesh.contact.in_situ import beyond_strength
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of, numbers_of
@@ -61,23 +61,12 @@ def with_filled_blocks(
     moved = fitted_fill(moved, comes & ~are_supported(model), sides, point, c.length[chosen], outlines.centroid)
     at = evaluate(found, catalogue.laws, moved)
     nothing = np.zeros(found.count)
-    parts = (
-        history,
-        replace(
-            _history(found, at, moved, chosen, nothing, nothing),
-            failed=np.isfinite(found.tension[chosen]),
-        ),
-    )
-    pair, key = (np.concatenate([getattr(part.active, name) for part in parts]) for name in ("pair", "key"))
-    active = ActiveContacts(
-        pair=pair,
-        key=key,
-        **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
-    )
-    concatenate = History(
-        active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in _VARIABLES}
-    )
-    return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key), moved
+    filled = _history(found, at, moved, chosen, nothing, nothing)
+    parts = history, replace(filled, failed=np.isfinite(found.tension[chosen]))
+    active = {f.name: np.concatenate([getattr(p.active, f.name) for p in parts]) for f in fields(ActiveContacts)}
+    columns = {name: np.concatenate([getattr(p, name) for p in parts]) for name in _VARIABLES}
+    both, pair = History(active=ActiveContacts(**active), **columns), active["pair"]
+    return _rows(both, np.argsort(pair, kind="stable"), pair, active["key"]), moved
 
 
 def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, ContactSet]:
@@ -121,16 +110,9 @@ def _history(
 ) -> History:
     """Return the history of some contacts with given forces, (m,) each, at the current position."""
     c = found.candidates
-    tangent, arm_a = (vectors[kept] for vectors in found.frames(at.position)[:2])
     offset = at.gap + found.features.closure.overlaps(-normal, found.normal_stiffness)  # to the last digit no residual
     return History(
-        active=ActiveContacts(
-            pair=c.pair[kept],
-            key=c.key[kept],
-            pressure=np.maximum(-normal[kept], np.finfo(float).tiny),
-            point=found.outlines.placed(position)[c.block_a[kept], :2] + arm_a,
-            normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
-        ),
+        active=active_contacts(found, at, position, kept, np.maximum(-normal[kept], LEAST)),
         shear=shear[kept],
         tangential=at.tangential[kept],
         length=c.length[kept],

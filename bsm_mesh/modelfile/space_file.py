@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
 from bsm_mesh.model.materials import Joint, Rock
-from bsm_mesh.modelfile.build_parts import make_joint, make_rock
+from bsm_mesh.modelfile.build_parts import collected, make_joint, make_rock
 from bsm_mesh.modelfile.model_file import read_toml, sentences
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_mesh import read_space_mesh, source_faults
@@ -88,12 +88,12 @@ def blocks_of(file: SpaceFile, path: Path, reach: Reach, joints: list[Any], bodi
 def cut_space_file(file: SpaceFile, path: Path, reach: Reach, cutter: Cutter = blocks_of) -> LoadedSpace:
     """Return the blocks, by a `Cutter`, and materials of a model file of three dimensions that was read."""
     faults: list[str] = []
-    rocks = _made(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
-    joints = _made(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
-    sets = _made(faults, [partial(_joint_set, table) for table in file.joint_set])
-    sets += _made(faults, [partial(_joint_plane, table) for table in file.joint_plane])
-    bodies = _made(faults, [partial(_excavation, table, reach) for table in file.excavation])
-    bodies += _made(faults, [] if file.slope is None else [partial(_slope, file.slope)])
+    rocks = collected(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
+    joints = collected(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
+    sets: list[Any] = collected(faults, [partial(_joint_set, table) for table in file.joint_set])
+    sets += collected(faults, [partial(_joint_plane, table) for table in file.joint_plane])
+    bodies: list[Any] = collected(faults, [partial(_excavation, table, reach) for table in file.excavation])
+    bodies += collected(faults, [] if file.slope is None else [partial(_slope, file.slope)])
     faults += source_faults(file) or _name_faults(file)
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     blocks = cutter(file, path, reach, sets, bodies)
@@ -174,19 +174,6 @@ def _unknown_to(blocks: Polyhedra, file: SpaceFile) -> list[str]:
         for name in names
         if name not in known
     ]
-
-
-def _made(faults: list[str], makers: list[Callable[[], Any]]) -> list[Any]:
-    """Return the objects, and add the faults of those that fail."""
-    from bsm_mesh.geometries import GeometryError
-
-    made = []
-    for maker in makers:
-        try:
-            made.append(maker())
-        except (ModelError, GeometryError) as error:
-            faults.extend(error.faults)
-    return made
 
 
 def _cut(file: SpaceFile, joints: list[Any], bodies: list[Any]) -> Polyhedra:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.pictures.canvas import Sheet, add_outline, add_paper, scaled
 from bsm_mesh.pictures.marks import add_bolts, add_gone, add_gravity, add_supports, add_water_table
 from bsm_mesh.pictures.scene import Scene
@@ -20,7 +22,8 @@ TRUE = 1.0  # faces are drawn where the blocks are, to scale
 def draw_water(sheet: Sheet) -> str | None:
     """Draw the pressure of the water along the faces: in joints to both sides of them, on outer faces outside."""
     scene = sheet.scene
-    inner, outer = _inner(scene), _outer(scene)
+    inner = _wet(scene, scene.face_lines, scene.faces.joint)
+    outer = _wet(scene, scene.outline, np.full(len(scene.outline()), -1))
     ends, pressure = (np.concatenate(both) for both in zip(inner, outer, strict=True))
     x0, y0, x1, y1 = scene.view
     low, high = ends.min(axis=1, initial=np.inf), ends.max(axis=1, initial=-np.inf)
@@ -52,18 +55,11 @@ def draw_water(sheet: Sheet) -> str | None:
     )
 
 
-def _inner(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """Return ends (p, 2, 2) and pressures (p, 2) of the wet parts of the faces between blocks."""
-    lines = scene.face_lines(0.0 if scene.results.has_small_displacements else TRUE)  # where the water meets the blocks
-    parts = wet_parts(scene.stage, lines[:, 0], lines[:, 1], scene.faces.joint, scene.face_lines(0.0))
-    return parts.at(*scene.face_lines(TRUE).transpose(1, 0, 2)), parts.pressure
-
-
-def _outer(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """Return ends and pressures of the wet parts of the outline, the blocks to the left of them."""
-    lines = scene.outline(0.0 if scene.results.has_small_displacements else TRUE)
-    parts = wet_parts(scene.stage, lines[:, 0], lines[:, 1], np.full(len(lines), -1), scene.outline(0.0))
-    return parts.at(*scene.outline(TRUE).transpose(1, 0, 2)), parts.pressure
+def _wet(scene: Scene, lines: Callable[[float], FloatArray], joint: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return ends (p, 2, 2) and pressures (p, 2) of the wet parts of faces, or of the outline (blocks on its left)."""
+    there = lines(0.0 if scene.results.has_small_displacements else TRUE)  # where the water meets the blocks
+    parts = wet_parts(scene.stage, there[:, 0], there[:, 1], joint, lines(0.0))
+    return parts.at(*lines(TRUE).transpose(1, 0, 2)), parts.pressure
 
 
 def _bands(ends: FloatArray, pressure: FloatArray, is_outer: BoolArray, widest: float) -> tuple[FloatArray, FloatArray]:
