@@ -77,12 +77,7 @@ class StudyFolder:
 
     @contextmanager
     def held(self, text: str) -> Iterator[None]:
-        """Keep others from writing to the folder, which is this study's from now on.
-
-        Parameters
-        ----------
-        text : str
-            The study file.
+        """Keep others from writing to the folder, from now on that of the study of this file's text.
 
         Raises
         ------

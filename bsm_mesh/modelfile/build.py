@@ -38,9 +38,9 @@ from bsm_mesh.modelfile.mesh_tables import LineFile
 from bsm_mesh.modelfile.model_file import read_model_file, read_toml, validated
 from bsm_mesh.modelfile.model_tables import ModelFile
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.space_file import Cutter, blocks_of, validated_space
+from bsm_mesh.modelfile.space_file import Cutter, blocks_of, cut_space_file, validated_space
 from bsm_mesh.modelfile.space_mesh import default_of_blocks
-from bsm_mesh.modelfile.space_model import build_space_model
+from bsm_mesh.modelfile.space_model import space_model
 from bsm_mesh.modelfile.space_tables import SpaceFile
 from bsm_mesh.modelfile.unused import excavations_left, unused_notes
 
@@ -173,7 +173,7 @@ def build_file(
     if isinstance(file, ModelFile):
         return _build_plane(file, path, reach, report, mesher)
     report("reading the mesh" if file.mesh.box is None else "cutting the rock")
-    model = build_space_model(file, path, reach, cutter)
+    model = space_model(cut_space_file(file, path, reach, cutter), reach)
     assert model.options is not None
     assert in_space(model.blocks)
     left = (text for _, text in excavations_left(model.blocks, model.stages))

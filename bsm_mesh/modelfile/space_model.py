@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 
 from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.histories import History
@@ -15,24 +14,19 @@ from bsm_mesh.modelfile.build_parts import collected, make_in_situ, make_load, m
 from bsm_mesh.modelfile.class_keys import given_in
 from bsm_mesh.modelfile.model_tables import SupportTable
 from bsm_mesh.modelfile.reach import Reach
-from bsm_mesh.modelfile.space_file import Cutter, LoadedSpace, blocks_of, cut_space_file
-from bsm_mesh.modelfile.space_tables import SpaceFile, SpaceStageTable, SpaceWaterTable
+from bsm_mesh.modelfile.space_file import LoadedSpace
+from bsm_mesh.modelfile.space_tables import SpaceStageTable, SpaceWaterTable
 from bsm_mesh.modelfile.unused import bolts_on_nothing
 
 
-def build_space_model(file: SpaceFile, path: Path, reach: Reach, cutter: Cutter = blocks_of) -> Model:
-    """Return the model of a model file of three dimensions that was read, its blocks by a `Cutter`.
+def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
+    """Return the model of a file of three dimensions whose blocks are cut.
 
     Raises
     ------
     ModelError
         With every fault of the file, of the rock that it describes, or of the model as a whole.
     """
-    return space_model(cut_space_file(file, path, reach, cutter), reach)
-
-
-def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
-    """Return the model of a file whose blocks are cut; errors as of `build_space_model`."""
     file, path, faults = loaded.file, loaded.path, list[str]()
     supports = collected(
         faults,

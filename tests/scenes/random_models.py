@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-import bsm_mesh as bsm
+from tests.scenes import models
 from tests.scenes.shapes import rectangle, turned
 
 
@@ -34,14 +34,8 @@ def piles(draw):
 
 def model_of(draw, polygons):
     """Return the polygons as a model, the first one fixed."""
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 5e8, law=bsm.MohrCoulomb(friction=draw(st.sampled_from([10.0, 35.0, 60.0]))))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=draw(st.sampled_from([-90.0, -100.0])),
-    )
+    friction, gravity = draw(st.sampled_from([10.0, 35.0, 60.0])), draw(st.sampled_from([-90.0, -100.0]))
+    return models.model_of(polygons, friction=friction, ks=5e8, gravity_direction=gravity)
 
 
 def parts(polygon, point, direction):

@@ -14,6 +14,7 @@ from bsm_mesh.folder.own_files import own_files
 from bsm_mesh.results import Results
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.text.tables import joint_rows
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import JOINT, LINEAR, MODEL, Case
 from tests.unit.test_snapshots import MOVING, pushed
@@ -127,16 +128,9 @@ def test_on_request(case: Case) -> None:
 def test_a_face_slips_as_far_as_its_block_whichever_corners_carry_it(direction: int) -> None:
     """A block 8 m long is pushed 20 mm along a plane: the contact at one end passes on to the other block's corner."""
     base, block = [(-30, -6), (30, -6), (30, 0), (6, 0), (-2, 0), (-30, 0)], rectangle(-2, 0, 6, 3)
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([base, block], rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=28e3)],
-        joints=[bsm.Joint("bed", 2e9, 1e9, law=bsm.MohrCoulomb(friction=12))],
-        default_joint="bed",
-        supports=[
-            bsm.Fixed(blocks=[0]),
-            bsm.PrescribedDisplacement(blocks=[1], direction=direction, displacement=0.02),
-        ],
-    )
+    push = bsm.PrescribedDisplacement(blocks=[1], direction=direction, displacement=0.02)
+    supports = [bsm.Fixed(blocks=[0]), push]
+    model = model_of([base, block], gamma=28e3, friction=12, kn=2e9, ks=1e9, supports=supports)
     stage = bsm.run(model).stages[-1]
     right, _, turn = stage.displacement[1]
     assert abs(right) == pytest.approx(0.02)

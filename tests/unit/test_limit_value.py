@@ -63,14 +63,8 @@ LOADS = [
 
 def wall_with(load):
     blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], rock="rock")
-    return bsm.Model(
-        blocks=replace(blocks, boundaries={"top": np.array([6])}),  # the edge from the third corner of the second block
-        rocks=[bsm.Rock("rock", unit_weight=0)],
-        joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)],
-        default_joint="J1",
-        supports=[bsm.Fixed(blocks=[0])],
-        loads=[load],
-    )
+    blocks = replace(blocks, boundaries={"top": np.array([6])})  # the edge from the third corner of the second block
+    return model_of(blocks, gamma=0, joint=bsm.Joint("J1", 1e9, 1e9), loads=[load])
 
 
 @pytest.mark.parametrize("load", LOADS, ids=lambda load: type(load).__name__)

@@ -16,6 +16,7 @@ from bsm_mesh.results import BoltStatus
 from bsm_mesh.solve.zones.mesh import Discretization
 from bsm_mesh.solve.zones.stage_run import StageRun
 from bsm_mesh.solve.zones.stages import Continuum
+from tests.scenes import models
 from tests.scenes.continuum import bolted
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, rectangle
@@ -29,16 +30,8 @@ TANGENT = 1e-5  # of the greatest entry: central differences
 
 
 def model_of(polygons, bolts, weight=GAMMA, friction=30.0, fields=None, **keys):
-    law = bsm.MohrCoulomb(friction=friction)
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=weight, **(fields or {}))],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=law)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        bolts=bolts,
-        **keys,
-    )
+    rock = bsm.Rock("rock", unit_weight=weight, **(fields or {}))
+    return models.model_of(polygons, rocks=[rock], friction=friction, bolts=bolts, **keys)
 
 
 def both(model):

@@ -15,14 +15,8 @@ LP = 1e-6  # relative: the linear program is solved to 1e-8 at least, and a few 
 
 
 def on_base(polygons, friction, cohesion=0.0, loads=(), base=(-5, -1, 15, 0)):
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons([rectangle(*base), *polygons], rock="stone"),
-        rocks=[bsm.Rock("stone", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=friction, cohesion=cohesion))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        loads=loads,
-    )
+    law = bsm.MohrCoulomb(friction=friction, cohesion=cohesion)
+    return model_of([rectangle(*base), *polygons], law=law, kn=1e10, loads=loads)
 
 
 def test_mechanism_of_a_thin_arch_has_four_hinges_and_sinks_at_the_crown():
@@ -83,7 +77,7 @@ def test_forces_returned_are_in_equilibrium_and_within_strength():
 
 
 def test_nothing_to_carry_and_unknown_loads_are_refused():
-    weightless = on_base([square(0, 0)], 30).replace(rocks=(bsm.Rock("stone", unit_weight=0),))
+    weightless = on_base([square(0, 0)], 30).replace(rocks=(bsm.Rock("rock", unit_weight=0),))
     with pytest.raises(bsm.ModelError, match="neither weight nor load"):
         bsm.limit_analysis(weightless)
     with pytest.raises(bsm.ModelError, match="the chosen loads are zero"):

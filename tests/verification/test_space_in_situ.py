@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
+from tests.scenes.models import model_of
 from tests.scenes.polyhedra import box, model_in_space
 from tests.scenes.rock_3d import planes
 
@@ -86,15 +87,10 @@ def roof(faces, ratio, share, *, friction=45.0, apex=25.0, kn=1e10):
     slip = np.sin(phi - a) * np.cos(a) / (np.cos(phi) * (ks * np.cos(a) + kn * np.sin(a) * np.tan(phi)))
     carried = (ks * np.cos(a) ** 2 + kn * np.sin(a) ** 2) * area * slip  # over the stress
     stress = -share * 26e3 * blocks.moments.volume[key] / carried
-    law = bsm.MohrCoulomb(friction=friction)
-    return key, bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("rock", unit_weight=26e3)],
-        joints=[bsm.Joint("J1", normal_stiffness=kn, shear_stiffness=ks, law=law)],
-        default_joint="J1",
-        supports=[bsm.Fixed(blocks=[b for b in range(blocks.count) if b != key])],
-        in_situ=bsm.InSitu(stress={"xx": stress, "yy": stress, "zz": 0.0}),
-    )
+    joint = bsm.Joint("J1", kn, ks, law=bsm.MohrCoulomb(friction=friction))
+    field = bsm.InSitu(stress={"xx": stress, "yy": stress, "zz": 0.0})
+    others = np.setdiff1d(np.arange(blocks.count), key)
+    return key, model_of(blocks, gamma=26e3, joint=joint, fixed=others.tolist(), in_situ=field)
 
 
 @pytest.mark.parametrize(("faces", "ratio"), [(3, 1.0), (4, 0.1), (6, 0.3)])

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus, Results
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import rectangle
 
 CONTINUATION = bsm.Options(scheme="continuation", tolerance=1e-9)
@@ -18,17 +18,8 @@ COLUMN = [rectangle(0, -j, 1, 1 - j) for j in range(4)]  # from the roof down; t
 
 def run(stages, bolts, options, polygons=COLUMN, supports=None, **keys):
     joint = bsm.Joint("J", normal_stiffness=K, shear_stiffness=K, law=bsm.Patton(friction=30))
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=GAMMA)],
-        joints=[joint],
-        default_joint="J",
-        supports=supports or [bsm.Fixed(blocks=[0]), bsm.Fixed(blocks=[3])],
-        bolts=bolts,
-        stages=stages,
-        **keys,
-    )
-    return bsm.run(model, options)
+    given = {"supports": supports, "bolts": bolts, "stages": stages, **keys}
+    return bsm.run(model_of(polygons, gamma=GAMMA, joint=joint, fixed=(0, 3), **given), options)
 
 
 def roof_bolt(**keys):

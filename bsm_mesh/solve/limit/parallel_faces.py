@@ -17,15 +17,7 @@ from bsm_mesh.model.model import Model
 
 
 def with_parallel_faces(model: Model, contacts: ContactTable) -> ContactTable:
-    """Return contacts whose normals are the same where they differ by what rounding of coordinates leaves.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    contacts : ContactTable
-        Its contacts.
-    """
+    """Return contacts whose normals are the same where they differ by what rounding of coordinates leaves."""
     if not contacts.count:
         return contacts
     length = np.hypot(*model.blocks.edge_vectors[contacts.edge].T)

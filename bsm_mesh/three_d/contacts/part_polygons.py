@@ -19,12 +19,7 @@ from bsm_mesh.three_d.contacts.surfaces import Surfaces
 def part_polygons(blocks: Polyhedra) -> ContactPolygons:
     """Return the polygons of parts of faces, whose blocks share no face and touch.
 
-    Contacts at edges and corners share no area and are left out.
-
-    Parameters
-    ----------
-    blocks : Polyhedra
-        The blocks as given.
+    The blocks are as given. Contacts at edges and corners share no area and are left out.
     """
     size = float(np.median(blocks.moments.size))
     near, start = RULES.rounding * size, np.zeros((blocks.count, 6))
