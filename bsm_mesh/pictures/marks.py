@@ -61,7 +61,7 @@ def add_gone(sheet: Sheet, factor: float = 0.0, *, note: str = "") -> str:
         here, given = np.flatnonzero(mask & ~out & ~taken), np.flatnonzero(mask & (out | taken))
         for those, drawn in ((here, factor), (given, 0.0)):
             if len(those):
-                sheet.blocks(those, drawn, **look, zorder=3)
+                sheet.blocks(those, drawn, **look, zorder=2.4)
                 those = those[counts[those]]
                 add_rings(sheet, those, middle(scene, those, drawn))
         sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)

@@ -277,27 +277,6 @@ def test_a_title_that_is_too_wide_is_broken_within_the_picture() -> None:
 
 
 @pytest.mark.slow
-def test_a_block_between_two_others_has_one_straight_line_of_thrust() -> None:
-    from matplotlib.collections import LineCollection
-
-    column = [rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2), rectangle(0.3, 2, 1.3, 3)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(column, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=25e3)],
-        joints=[bsm.Joint("J", normal_stiffness=1e10, shear_stiffness=1e10, law=bsm.MohrCoulomb(friction=30))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
-    (axes, *_) = figure_of(bsm.run(model), "thrust").axes
-    (lines,) = [each for each in axes.collections if isinstance(each, LineCollection) and each.get_array() is not None]
-    ends = np.array(lines.get_segments())
-    turns = ends[np.abs(ends[:, 0, 1] - 1.5) < 1e-3, 0]
-    upper, lower = (ends[np.abs(ends[:, 1, 1] - y) < 1e-3, 1][0] for y in (2, 1))
-    assert len(turns) == 2
-    assert lower[0] < upper[0] - 0.1
-    assert np.allclose(turns, (upper + lower) / 2, atol=1e-6)
-
-
 @pytest.mark.usefixtures("drawn_here")
 def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8")
