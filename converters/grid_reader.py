@@ -121,13 +121,26 @@ def read_arrays(content: bytes, path: Path) -> tuple[Content, dict[str, npt.NDAr
 def _misfit(arrays: dict[str, npt.NDArray[Any]]) -> str:
     """Return what of the arrays does not fit together; empty where all does."""
     points, offsets, connectivity = (arrays[name] for name in ("points", "offsets", "connectivity"))
-    rising = len(offsets) > 0 and offsets[0] == 0 and offsets[-1] == len(connectivity) and (np.diff(offsets) >= 0).all()
-    inside = not connectivity.size or (connectivity.min() >= 0 and connectivity.max() < len(points))
-    if not rising or not inside:
+    if not _fit(offsets, connectivity, len(points)):
         return "its cells have points that are not there"
+    if "face_offsets" in arrays:
+        of_faces, of_cells = arrays["face_offsets"], arrays["cell_face_offsets"]
+        known = _fit(of_cells, arrays["cell_faces"], len(of_faces) - 1) and len(of_cells) == len(offsets)
+        if not known or not _fit(of_faces, arrays["face_connectivity"], len(points)):
+            return "its polyhedra have faces or points that are not there"
     counts = {"point": len(points), "cell": len(offsets) - 1}
-    short = [name for name, values in arrays.items() if ":" in name and len(values) != counts[name.partition(":")[0]]]
+    short = [
+        name
+        for name, values in arrays.items()
+        if (kind := name.partition(":")[0]) in counts and ":" in name and len(values) != counts[kind]
+    ]
     return f"the array '{short[0].partition(':')[2]}' is too long or too short" if short else ""
+
+
+def _fit(offsets: npt.NDArray[Any], entries: npt.NDArray[Any], count: int) -> bool:
+    """Return whether offsets rise from 0 to the number of entries, and all entries are from 0 to below a count."""
+    rising = len(offsets) > 0 and offsets[0] == 0 and offsets[-1] == len(entries) and (np.diff(offsets) >= 0).all()
+    return bool(rising) and (not entries.size or bool(entries.min() >= 0 and entries.max() < count))
 
 
 def _seconds(size: int) -> int:
@@ -157,7 +170,7 @@ def _sent(stream: IO[bytes], told: Content, arrays: dict[str, npt.NDArray[Any]])
 
 
 def _main() -> None:
-    """Read every unstable block stdin, file by file, until it is closed."""
+    """Read what stdin brings, file by file, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the process that asked ends this one
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no part of it

@@ -15,7 +15,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.grid_reader import read_arrays
-from bsm_mesh.converters.vtk_library import KINDS, POLYHEDRON, load_vtk, silent
+from bsm_mesh.converters.vtk_library import KINDS, POLYHEDRON, load_vtk, names_of, silent
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.reading import refuse_special
@@ -71,6 +71,8 @@ class Grid:
         Unit of each array that has one, in the file VTK's ``UNITS_LABEL``. Not read back.
     faces : Faces or None
         Those of polyhedra. Not read back.
+    field_data : mapping of str to array
+        Arrays of the whole. Not read back.
     """
 
     points: FloatArray
@@ -82,12 +84,11 @@ class Grid:
     names: Mapping[str, int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     faces: Faces | None = None
+    field_data: Mapping[str, Any] = field(default_factory=dict)
 
     def names_of(self, array: str) -> tuple[str, ...]:
         """Return the names of an array's numbers, from 0."""
-        mine = f"{array}:"
-        found = {number: key.removeprefix(mine) for key, number in self.names.items() if key.startswith(mine)}
-        return tuple(found[number] for number in range(max(found, default=-1) + 1))
+        return names_of(array, self.names)
 
 
 def write_vtu(path: Path, grid: Grid, *, compression: Compression = "zlib", parents: bool = False) -> None:
@@ -203,7 +204,8 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = (), coordinate
     if len(types) > 1:
         raise ModelError(f"{path}: has cells of the types {types}; one type is needed")
     data = [
-        {name.removeprefix(kind): values for name, values in arrays.items() if name.startswith(kind)} for kind in KINDS
+        {name.removeprefix(kind): values for name, values in arrays.items() if name.startswith(kind)}
+        for kind in KINDS[:2]
     ]
     if any(name not in data[1] for name in needs):
         raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
@@ -327,7 +329,11 @@ def vtk_of_grid(grid: Grid, spell: Callable[[str], str] = str) -> Any:
         own = _cell_array(grid.faces.cell_offsets, np.arange(grid.faces.cell_offsets[-1]))
         kinds = numpy_to_vtk(np.full(len(grid.offsets) - 1, POLYHEDRON, np.uint8), deep=True)
         data.SetPolyhedralCells(kinds, cells, own, _cell_array(grid.faces.offsets, grid.faces.connectivity))
-    for attributes, arrays in ((data.GetPointData(), grid.point_data), (data.GetCellData(), grid.cell_data)):
+    for attributes, arrays in (
+        (data.GetPointData(), grid.point_data),
+        (data.GetCellData(), grid.cell_data),
+        (data.GetFieldData(), grid.field_data),
+    ):
         for name, values in arrays.items():
             array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
             array.SetName(spell(name))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from bsm_mesh.signals import signals_held
 
 VERTEX, LINE, TRIANGLE, POLYGON, QUADRATIC_TRIANGLE, POLYHEDRON = 1, 3, 5, 7, 22, 42  # VTK cell types
-KINDS = ("point:", "cell:")
+KINDS = ("point:", "cell:", "field:")
 COMPONENTS = {  # of the arrays of results; those that are not here are numbers
     **dict.fromkeys(("displacement", "stage_displacement", "origin", "load", "reaction", "water", "force"), 3),
     **dict.fromkeys(
@@ -30,6 +30,13 @@ COMPONENTS_IN_SPACE = {  # of polyhedra, whose rotations and moments are vectors
 def numbered(array: str, names: Sequence[str]) -> dict[str, int]:
     """Return the names of an array's numbers, from 0, as `Grid` takes them."""
     return {f"{array}:{name}": number for number, name in enumerate(names)}
+
+
+def names_of(array: str, names: Mapping[str, int]) -> tuple[str, ...]:
+    """Return the names of an array's numbers, from 0."""
+    mine = f"{array}:"
+    found = {number: key.removeprefix(mine) for key, number in names.items() if key.startswith(mine)}
+    return tuple(found[number] for number in range(max(found, default=-1) + 1))
 
 
 @cache
@@ -57,7 +64,9 @@ def silent() -> Iterator[None]:
 def content_of_vtu(content: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what VTK reads of a VTU file: the types of its cells and its names of numbers; its arrays by their names.
 
-    Point arrays are called ``point:NAME``, cell arrays ``cell:NAME``.
+    Point arrays are called ``point:NAME``, cell arrays ``cell:NAME``, arrays of the whole ``field:NAME``. Faces of
+    polyhedra are in ``face_offsets`` and ``face_connectivity``, those of each cell in ``cell_face_offsets`` and
+    ``cell_faces``.
 
     Raises
     ------
@@ -83,7 +92,16 @@ def content_of_vtu(content: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
         "offsets": vtk_to_numpy(data.GetCells().GetOffsetsArray()),
         "connectivity": vtk_to_numpy(data.GetCells().GetConnectivityArray()),
     }
-    for kind, attributes in zip(KINDS, (data.GetPointData(), data.GetCellData()), strict=True):
+    if POLYHEDRON in types:
+        faces, cells = data.GetPolyhedronFaces(), data.GetPolyhedronFaceLocations()
+        arrays |= {
+            "face_offsets": vtk_to_numpy(faces.GetOffsetsArray()),
+            "face_connectivity": vtk_to_numpy(faces.GetConnectivityArray()),
+            "cell_faces": vtk_to_numpy(cells.GetConnectivityArray()),
+            "cell_face_offsets": vtk_to_numpy(cells.GetOffsetsArray()),
+        }
+    attributes_of_kinds = (data.GetPointData(), data.GetCellData(), data.GetFieldData())
+    for kind, attributes in zip(KINDS, attributes_of_kinds, strict=True):
         arrays |= {f"{kind}{name}": values for name, values in _arrays(attributes).items()}
     return {"types": types.tolist(), "names": names_in(data)}, arrays
 

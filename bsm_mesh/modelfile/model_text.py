@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +21,9 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.earth_pressure import EarthPressure
 from bsm_mesh.model.histories import History
-from bsm_mesh.model.in_situ import IN_PLANE, InSitu
+from bsm_mesh.model.in_situ import IN_PLANE, IN_SPACE, InSitu
 from bsm_mesh.model.joint_laws import LAWS
-from bsm_mesh.model.kinds import refuse_space
+from bsm_mesh.model.kinds import in_space
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.quantities import quantities_of
@@ -34,6 +35,7 @@ from bsm_mesh.model.unused import unused_bolts, unused_in
 from bsm_mesh.model.water import Water
 from bsm_mesh.modelfile.flow_tables import flow_content
 from bsm_mesh.text.beside_tables import NAME, table_of
+from bsm_mesh.three_d.model.notes import unused_joints
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
@@ -61,16 +63,13 @@ def as_run(content: Content, notes: tuple[str, ...] = ()) -> str:
 
 
 def files_of_model(model: Model, options: Options) -> Given:
-    """Return the files of the input of a run: the model, and its blocks as a mesh of polygons.
+    """Return the files of the input of a run: the model, and its blocks as a mesh of polygons or polyhedra.
 
     Raises
     ------
     ModelError
         With everything that has no form in a model file.
     """
-    from bsm_mesh.converters.meshes.block_files import write_polygons
-
-    refuse_space(model.blocks, "a model file")
     text = as_run(content_of(model, options), tuple(_notes(model.blocks)))
     try:
         text.encode()
@@ -78,12 +77,20 @@ def files_of_model(model: Model, options: Options) -> Given:
         line = text[text.rfind("\n", 0, error.start) + 1 :].partition("\n")[0]
         raise ModelError(f"{line!a}: half a character, which no text file can hold; give it anew") from None
     files: dict[str, Callable[[Path], object]] = {
-        MESH: lambda path: write_polygons(model.blocks, path),
+        MESH: partial(_write_mesh, model.blocks),
         MODEL: lambda path: write_text(path, text),
     }
     if beside := {history.name: history.measured for history in model.histories if history.measured}:
         files[NAME] = lambda path: write_text(path, table_of(beside))
     return files
+
+
+def _write_mesh(blocks: Any, path: Path) -> None:
+    from bsm_mesh.converters.meshes.block_files import write_polygons
+    from bsm_mesh.converters.three_d.polyhedra_files import write_polyhedra
+
+    write = write_polyhedra if in_space(blocks) else write_polygons
+    write(blocks, path)
 
 
 def content_of(model: Model, options: Options) -> Content:
@@ -98,7 +105,9 @@ def content_of(model: Model, options: Options) -> Content:
 
     from bsm_mesh.modelfile.model_file import sentences
     from bsm_mesh.modelfile.model_tables import ModelFile
+    from bsm_mesh.modelfile.space_tables import SpaceFile
 
+    spatial, form = (True, SpaceFile) if in_space(model.blocks) else (False, ModelFile)
     faults: list[str] = list(_unnamable(model.blocks))
 
     def tables(what: str, things: Sequence[Any], form: Any) -> list[Content]:
@@ -111,14 +120,15 @@ def content_of(model: Model, options: Options) -> Content:
                 faults.append(f"{what} {name}: {error}")
         return made
 
-    unused = any(unused_in(model)) or bool(unused_bolts(model).any())
+    unused = any(unused_joints(model) if spatial else unused_in(model)) or bool(unused_bolts(model).any())
     mesh = _given(
         file=MESH,
-        contact_points=model.contact_points,
+        contact_points="both" if spatial and model.contact_points == "ends" else model.contact_points,
         default_joint=model.default_joint,
         allow_unused=unused or None,
     )
     content = {
+        **({"dimensions": 3} if spatial else {}),
         "title": model.title,
         "mesh": mesh,
         "rock": dict(zip((rock.name for rock in model.rocks), map(_rock, model.rocks), strict=True)),
@@ -126,22 +136,23 @@ def content_of(model: Model, options: Options) -> Content:
         "support": tables("support", model.supports, _support),
         "load": tables("load", model.loads, _load),
         "bolt": tables("bolt", model.bolts, _bolt),
-        "gravity": {
-            "direction": model.gravity_direction,
-            "horizontal": model.gravity_horizontal,
-            "vertical": model.gravity_vertical,
-        },
+        "gravity": _given(
+            direction=None if spatial else model.gravity_direction,
+            horizontal=model.gravity_horizontal,
+            vertical=model.gravity_vertical,
+            trend=model.gravity_trend,
+        ),
         "in_situ": {} if model.in_situ is None else _in_situ(model.in_situ),
-        "water": {} if model.water is None else _water(model.water),
+        "water": {} if model.water is None else _water(model.water, spatial),
         "flow": {} if model.flow is None else flow_content(model.flow),
-        "stage": tables("stage", model.stages, _stage),
+        "stage": tables("stage", model.stages, partial(_stage, spatial=spatial)),
         "history": tables("history", model.histories, _history),
         **tables_of(options),
         "output": {"folder": "."},
     }
     if not faults:
         try:
-            ModelFile.model_validate({key: value for key, value in content.items() if value not in ({}, [])})
+            form.model_validate({key: value for key, value in content.items() if value not in ({}, [])})
         except ValidationError as error:
             faults = list(dict.fromkeys(sentences(error)))
     if faults:
@@ -221,33 +232,40 @@ def _linear(field: LinearField) -> Any:
 def _bolt(bolt: Bolt) -> Content:
     if bolt.plate == math.inf:
         raise NoFormError("a plate of unlimited capacity has no form in a model file; give plate a great number")
-    return _fields(bolt)
+    return _fields(bolt) if len(bolt.start) == 2 else _fields(bolt, "spacing")
 
 
 def _in_situ(in_situ: InSitu) -> Content:
-    table = _fields(in_situ, "k0", "k0_across", "trend", "stress") | {"k0": dict(zip("abc", in_situ.k0, strict=True))}
+    table = _fields(in_situ, "k0", "k0_across", "stress") | {"k0": dict(zip("abc", in_situ.k0, strict=True))}
+    if in_situ.k0_across is not None:
+        table["k0_across"] = dict(zip("abc", in_situ.k0_across, strict=True))
     if in_situ.stress is not None:
-        table["stress"] = {name: list(part) for name, part in zip(IN_PLANE, in_situ.stress, strict=True)}
+        names = IN_PLANE if len(in_situ.stress) == len(IN_PLANE) else IN_SPACE
+        table["stress"] = {name: list(part) for name, part in zip(names, in_situ.stress, strict=True)}
     return table
 
 
-def _water(water: Water) -> Content:
-    return _fields(water, "joint_pressure") | {"joint_pressure": dict(water.joint_pressure)}
+def _water(water: Water, spatial: bool) -> Content:
+    own = {"joint_pressure": dict(water.joint_pressure)}
+    if not spatial:
+        return _fields(water, "joint_pressure", "plane") | own
+    return own if water.plane is None else {"plane": _fields(water.plane), **own}
 
 
-def _stage(stage: Stage) -> Content:
+def _stage(stage: Stage, spatial: bool) -> Content:
     table = _fields(stage, "water", "flow", "loads", "strength", "gravity", "gravity_trend", "shaking") | {
         "load": [_load(load) for load in stage.loads]
     }
     if stage.strength:
         table["strength"] = dict(stage.strength)
     if stage.gravity is not None:
-        table["gravity"] = dict(zip(("horizontal", "vertical"), stage.gravity, strict=True))
+        horizontal, vertical = stage.gravity
+        table["gravity"] = _given(horizontal=horizontal, vertical=vertical, trend=stage.gravity_trend)
     if stage.shaking is not None:
         table["shaking"] = _shaking(stage.shaking)
     if stage.flow is not None:
         table["flow"] = flow_content(stage.flow)
-    return table if stage.water is None else table | {"water": _water(stage.water)}
+    return table if stage.water is None else table | {"water": _water(stage.water, spatial)}
 
 
 def _shaking(shaking: Shaking) -> Content:
@@ -277,8 +295,10 @@ def _unnamable(blocks: Blocks) -> Iterator[str]:
                 yield f"{kind} {name!r}: a mesh file keeps no such name; use letters, digits and signs"
 
 
-def _notes(blocks: Blocks) -> Iterator[str]:
+def _notes(blocks: Any) -> Iterator[str]:
     """Return possible differences of the model that is read back from the one that was run."""
+    if in_space(blocks):
+        return
     _, first, number = np.unique(blocks.nodes, return_index=True, return_inverse=True)
     apart = float(np.abs(blocks.vertices - blocks.vertices[first][number.reshape(-1)]).max())
     if apart > 0:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-from bsm_mesh.errors import counted, nearest, placed, raise_faults
+from bsm_mesh.errors import ModelError, counted, nearest, placed, raise_faults
 from bsm_mesh.modelfile.build_mesh import mesh_source, unit_scale
 from bsm_mesh.modelfile.reach import Reach
 from bsm_mesh.modelfile.space_tables import RockBoxTable, SpaceFile
@@ -43,7 +45,7 @@ def read_space_mesh(file: SpaceFile, path: Path, reach: Reach) -> Polyhedra:
     ModelError
         If the mesh cannot be read, or it and the tables of rocks and joints name each other not.
     """
-    from bsm_mesh.converters.three_d import read_polyhedra, read_stones
+    from bsm_mesh.converters.three_d import read_polyhedra, read_polyhedra_file, read_stones
     from bsm_mesh.converters.three_d.surface_files import ENDINGS
 
     mesh = file.mesh
@@ -55,9 +57,13 @@ def read_space_mesh(file: SpaceFile, path: Path, reach: Reach) -> Polyhedra:
             return read_stones(
                 source, rock=str(rock), unit_scale=unit_scale(mesh.unit), merge_tolerance=mesh.merge_tolerance
             )
-        blocks = read_polyhedra(
+        reader: Callable[..., Polyhedra] = partial(read_polyhedra, groups=file.groups)
+        if source.suffix.lower() == ".vtu":
+            if file.groups:
+                raise ModelError("[groups] are of MSH files; name groups in the VTU file, and leave it out")
+            reader = read_polyhedra_file
+        blocks = reader(
             source,
-            groups=file.groups,
             rock=mesh.rock or only,
             blocks=mesh.blocks,
             unit_scale=unit_scale(mesh.unit),
@@ -103,6 +109,8 @@ def _unmatched(file: SpaceFile, blocks: Polyhedra) -> list[str]:
         for name in blocks.joint_names
         if name not in file.joint
     ]
+    if mesh.allow_unused:
+        return faults
     faults += [
         f"[joint.{name}]: the mesh has no group joint:{name}{nearest(name, blocks.joint_names)}; leave it out, or name "
         "it in [groups]"

@@ -68,7 +68,8 @@ def space_model(loaded: LoadedSpace, reach: Reach) -> Model:
             options=options[0],
             title=file.title,
         )
-        raise_faults([f"{text}; let one cross a joint, or leave it out" for text in bolts_on_nothing(model, bolts)])
+        if not file.mesh.allow_unused:
+            raise_faults([f"{text}; let one cross a joint, or leave it out" for text in bolts_on_nothing(model, bolts)])
     return model
 
 

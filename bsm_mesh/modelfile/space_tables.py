@@ -46,8 +46,8 @@ class RockBoxTable(Table):
     )
     file: PathText | None = Field(
         default=None,
-        description="instead of it: a mesh of volume elements, MSH 4.1, with the groups of [groups]; or separate "
-        "stones, OBJ or STL",
+        description="instead of it: a mesh of volume elements, MSH 4.1, with the groups of [groups]; convex "
+        "polyhedra, VTU; or separate stones, OBJ or STL",
     )
     geometry: PathText | None = Field(
         default=None, description="instead of them: a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
@@ -67,6 +67,9 @@ class RockBoxTable(Table):
     )
     default_joint: str | None = Field(default=None, description="joint of faces between blocks that carry none")
     seed: Annotated[int, q.SEED] = Field(default=0, description="of the random numbers")
+    allow_unused: bool = Field(
+        default=False, description="true: a joint or bolt in the file that has no effect is a note, not an error"
+    )
     contact_points: Literal["both", "corners"] = Field(
         default="both", description="of every face: corners and centroid, or corners"
     )

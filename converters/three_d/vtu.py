@@ -52,15 +52,9 @@ def block_grid(
     shown = np.isin(blocks.face_blocks[face, side], here)
     face, side = face[shown], side[shown]
     block = blocks.face_blocks[face, side]
-    sizes = np.diff(blocks.face_offsets)[face]
-    start = blocks.face_offsets[face].astype(np.int64)
-    owner = np.repeat(np.arange(len(face)), sizes)
-    within = np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    place = np.where(side[owner] == 0, start[owner] + within, start[owner] + sizes[owner] - 1 - within)
+    owner, corner = loops_outwards(blocks, face, side)
     many = len(blocks.vertices)
-    point, connectivity = np.unique(
-        block[owner].astype(np.int64) * many + blocks.face_vertices[place], return_inverse=True
-    )
+    point, connectivity = np.unique(block[owner].astype(np.int64) * many + corner, return_inverse=True)
     of_block, vertex = point // many, point % many
     data: dict[str, Any] = {"block_id": np.arange(blocks.count, dtype=np.int32), "rock": blocks.rock}
     data["volume"] = blocks.moments.volume
@@ -80,10 +74,19 @@ def block_grid(
         units=units,
         faces=Faces(
             cell_offsets=np.searchsorted(block, [*here, blocks.count]),
-            offsets=np.concatenate([[0], np.cumsum(sizes)]),
+            offsets=np.searchsorted(owner, np.arange(len(face) + 1)),
             connectivity=connectivity.reshape(-1),
         ),
     )
+
+
+def loops_outwards(blocks: Polyhedra, face: IntArray, side: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the number in `face` (k,) and the point of each corner, counter-clockwise from outside the cell `side`."""
+    sizes, start = np.diff(blocks.face_offsets)[face], blocks.face_offsets[face].astype(np.int64)
+    owner = np.repeat(np.arange(len(face)), sizes)
+    within = np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    place = np.where(side[owner] == 0, start[owner] + within, start[owner] + sizes[owner] - 1 - within)
+    return owner, blocks.face_vertices[place]
 
 
 def contact_grid(

@@ -49,8 +49,7 @@ def equal(one, other):
 
 @pytest.fixture(scope="module")
 def folder(results, tmp_path_factory):
-    with pytest.warns(bsm.ResultsWarning, match=r"model.toml is not written: a model file: not available in three dim"):
-        return results.save(tmp_path_factory.mktemp("saved") / "out")
+    return results.save(tmp_path_factory.mktemp("saved") / "out")
 
 
 @pytest.mark.heavy

@@ -52,6 +52,9 @@ class GivenFiles:
     def _outlines(self, a: Arrays) -> list[str]:
         if not self.arrays:
             return []
+        if is_in_space(a):
+            off = np.abs(volumes(self.arrays) - a["volume"]) > SAME * np.median(a["volume"])
+            return [f"block {int(off.argmax())} has another volume than in {MESH}"] if off.any() else []
         points, blocks = polygons(self.arrays)
         same = len(points) == len(a["vertices"]) and np.array_equal(blocks, a["offsets"])
         if same:
@@ -66,7 +69,7 @@ class GivenFiles:
         known = np.array(numbers)
         if self.arrays and "rock" in self.arrays:
             names = {int(v[0]): k.removeprefix("rock:") for k, v in self.arrays.items() if k.startswith("rock:")}
-            cells = self.arrays["rock"][: len(a["present"])]
+            cells = self.arrays["rock"][leading_cells(self.arrays, len(a["present"]))]
             wanted = np.array([rocks.get(names.get(int(number), ""), np.nan) for number in cells])
             off = np.abs(a["unit_weight"] - wanted)
             off = np.where(np.isnan(wanted), np.abs(a["unit_weight"][:, None] - known).min(axis=1), off)
@@ -185,6 +188,26 @@ def polygons(arrays: Arrays) -> tuple[Any, Any]:
     corners = [arrays["connectivity"][begins[cell] : ends[cell]] for cell in cells]
     points = arrays["Points"].reshape(-1, 3)[:, :2]
     return points[np.concatenate(corners)], np.cumsum([0, *(len(corner) for corner in corners)])
+
+
+def leading_cells(arrays: Arrays, count: int) -> Any:
+    """Return the first cell of every block: a polygon each, or the polyhedra that the array ``block`` numbers."""
+    return np.unique(arrays["block"], return_index=True)[1] if "block" in arrays else np.arange(count)
+
+
+def volumes(arrays: Arrays) -> Any:
+    """Return the volume of every block, from the faces of its polyhedra: tetrahedra from one point of the mesh."""
+    points, faces, at = arrays["Points"].reshape(-1, 3), arrays["faces"], 0
+    points = points - points[0]
+    total = np.zeros(int(arrays["block"].max()) + 1)
+    for block in arrays["block"].tolist():
+        count, at = int(faces[at]), at + 1
+        for _ in range(count):
+            size, at = int(faces[at]), at + 1
+            corners = points[faces[at : at + size]]
+            total[block] += np.dot(corners[0], np.cross(corners[1:-1], corners[2:]).sum(axis=0)) / 6
+            at += size
+    return total
 
 
 def mesh_arrays(content: bytes) -> Arrays:

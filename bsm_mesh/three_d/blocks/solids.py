@@ -34,7 +34,7 @@ def arrays_of_solids(
     points, loops, owner = _corners_of(given or [])
     number = merge_points(points, merge_tolerance)
     _, kept = np.unique(number, return_index=True)
-    faces, cells = _shared_faces([[int(number[i]) for i in loop] for loop in loops], owner)
+    faces, cells, _ = shared_faces([[int(number[i]) for i in loop] for loop in loops], owner)
     sizes = [len(loop) for loop in faces]
     rock_names = tuple(dict.fromkeys(names))
     return dict(
@@ -50,8 +50,8 @@ def arrays_of_solids(
     )
 
 
-def _shared_faces(loops: list[list[int]], owner: list[int]) -> tuple[list[list[int]], list[list[int]]]:
-    """Return every face once, and the two solids that it is of; the second is -1 where there is none.
+def shared_faces(loops: list[list[int]], owner: list[int]) -> tuple[list[list[int]], list[list[int]], list[int]]:
+    """Return every face once, the two solids that it is of, and the face of every loop; a missing solid is -1.
 
     Raises
     ------
@@ -62,8 +62,10 @@ def _shared_faces(loops: list[list[int]], owner: list[int]) -> tuple[list[list[i
     faces: list[list[int]] = []
     cells: list[list[int]] = []
     faults: dict[tuple[int, int], str] = {}
+    of_loop = []
     for corners, solid in zip(loops, owner, strict=True):
         f = matched.setdefault(tuple(sorted(corners)), len(faces))
+        of_loop.append(f)
         if len({*corners}) < 3:
             faults[solid, solid] = (
                 f"block {solid}: has a face without area; corners nearer than merge_tolerance are one"
@@ -80,7 +82,7 @@ def _shared_faces(loops: list[list[int]], owner: list[int]) -> tuple[list[list[i
             )
         cells[f][side] = solid
     raise_faults(list(faults.values()))
-    return faces, cells
+    return faces, cells, of_loop
 
 
 def _rotated(loop: list[int]) -> list[int]:

@@ -76,6 +76,13 @@ def _used_joints(model: Model) -> list[Joint]:
     return [joint for joint in model.joints if joint.name in names]
 
 
+def unused_joints(model: Model) -> set[str]:
+    """Return the joints of a model, and those of its faces, in which no two blocks touch."""
+    assert in_space(model.blocks)
+    named = {joint.name for joint in model.joints} | set(model.blocks.joint_names)
+    return named - joints_between(model.blocks) - {str(model.default_joint)}
+
+
 def joints_between(blocks: Polyhedra) -> set[str]:
     """Return the names of the joints of faces in which two blocks touch."""
     numbers = np.unique(blocks.contact_polygons.joint)
