@@ -79,9 +79,8 @@ def test_blocks_that_supports_hold_and_slivers_have_no_stress_to_tell():
     assert known.tolist() == [False, True, False, False, True]
 
 
-@pytest.mark.parametrize("joint", [None, "J"])
-def test_a_small_block_counts_where_it_is_one_piece_with_a_large_one(joint):
-    """A stud of 0.5 % of the mean area carries 1 MPa; on a joint of its own it is a sliver."""
+def stud_on_a_slab(joint, stiffness):
+    """Return the last stage and blocks of a slab with a stud of 0.5 % of the mean area, which carries 1 MPa."""
     slab = [(0, 0), (3, 0), (3, 1), (2, 1), (1.45, 1), (1.4, 1), (0, 1)]
     stud = [(1.4, 1), (1.45, 1), (1.45, 1.05), (1.4, 1.05)]
     model = bsm.Model(
@@ -89,13 +88,26 @@ def test_a_small_block_counts_where_it_is_one_piece_with_a_large_one(joint):
         .with_boundary("bottom", lambda x, y: y < 1e-9)
         .with_boundary("top", lambda x, y: (x < 1.6) & (y > 1.05 - 1e-9)),
         rocks=[bsm.Rock("r", unit_weight=0.0, young=1e9, poisson=0.0, zones=bsm.Zones(order=1))],
-        joints=[bsm.Joint("J", normal_stiffness=1e12, shear_stiffness=1e12)],
+        joints=[bsm.Joint("J", normal_stiffness=stiffness, shear_stiffness=stiffness)],
         default_joint=joint,
         supports=[bsm.Fixed(boundary="bottom")],
         loads=[bsm.Pressure(boundary="top", pressure=1e6)],
     )
-    stage = bsm.run(model).stages[-1]
+    return bsm.run(model).stages[-1], model.blocks
+
+
+@pytest.mark.parametrize("joint", [None, "J"])
+def test_a_small_block_counts_where_it_is_one_piece_with_a_large_one(joint):
+    """On a joint of its own the stud is a sliver."""
+    stage, blocks = stud_on_a_slab(joint, 1e12)
     part_of_the_slab = joint is None
     assert stage.small_blocks.tolist() == ([] if part_of_the_slab else [1])
     assert (extreme_zone_stresses(stage)[0] < -0.9e6) == part_of_the_slab
-    assert (extreme_stresses(model.blocks, stage)[0] < -0.9e6) == part_of_the_slab
+    assert (extreme_stresses(blocks, stage)[0] < -0.9e6) == part_of_the_slab
+
+
+def test_a_sliver_that_moves_far_does_not_end_small_displacements():
+    """It closes its joint by 2 % of its size, where 1 % is the limit of blocks that count."""
+    stage, _ = stud_on_a_slab("J", 1e9)
+    assert abs(stage.displacement[1, 1]) > 0.01 * 0.05
+    assert (stage.status, stage.small_blocks.tolist()) == ("stable", [1])

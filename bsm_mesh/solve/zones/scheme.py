@@ -18,7 +18,6 @@ from bsm_mesh.model.zones import large_zones, zone_order
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, StepRecord
 from bsm_mesh.solve.motion.time_steps import TimeSteps, estimated, shortest
-from bsm_mesh.solve.stages.as_built import small_blocks
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import after_falls, falls_of, notes_on_movement, within_limit
@@ -137,7 +136,7 @@ class ZoneStages:
 
         def watch(motion: ShakenZones, *, now: Callable[[], StageEnd]) -> None:
             def as_it_stands() -> StageResult:
-                return stage_result(of, now(), start, number, self._options.tolerance)
+                return stage_result(of, now(), start, number, self._options)
 
             step = shaken_step(of, motion, number, len(steps), time.perf_counter() - self._began)
             steps.append(replace(step, recorded=watchers.record(as_it_stands)))
@@ -175,11 +174,8 @@ class ZoneStages:
     def _ended(self, number: int, end: StageEnd, start: Before) -> StageResult:
         """Return the result of a stage at its end, with proofs and notes."""
         of, model, watchers = self._continuum, self._model, self._watchers
-        stage = stage_result(of, end, start, number, self._options.tolerance)
-        zones, bulk = stage.zones, model.blocks.moments.bulk * end.present
-        pieces = None if zones is None else zones.of_pieces(bulk)
-        small = np.flatnonzero(small_blocks(model, self._options.falls, pieces) & end.present).astype(np.int32)
-        stage = within_limit(replace(stage, small_blocks=small), self._options.displacement_limit)
+        stage = stage_result(of, end, start, number, self._options)
+        stage = within_limit(stage, self._options.displacement_limit)
         stage = confirmed(with_proof(of, end, stage, number, watchers.prove), watchers.check)
         found = [*notes_on_shaking(model, stage), *notes_on_crushing(model, stage)]
         if end.large is not None:

@@ -48,7 +48,7 @@ def moved_far(model: Model, position: FloatArray, present: BoolArray, most: floa
     position : (n, 3) float64 [m, m, rad]
         Their movement.
     present : (n,) bool
-        Which of them are there.
+        Which of them are there, and large enough to count for a verdict.
     most : float [-; rad]
         How far they may move.
     """

@@ -7,8 +7,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.in_stage import without_stages
 from bsm_mesh.model.loads import PointForces, point_forces_of
+from bsm_mesh.model.options import Options
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
@@ -17,6 +19,7 @@ from bsm_mesh.results.zones import ZoneResult
 from bsm_mesh.solve.algebra.constraints import constrain_bars
 from bsm_mesh.solve.algebra.loads import force_sums, mean_force, reference_weight, relative_residual
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
+from bsm_mesh.solve.stages.as_built import small_blocks
 from bsm_mesh.solve.zones.collapse import falling_blocks
 from bsm_mesh.solve.zones.evidence import evidence_of
 from bsm_mesh.solve.zones.fields import over_blocks
@@ -69,7 +72,7 @@ class Before:
         return cls(stage.present, stage.origin + stage.displacement, seconds, stage.reference_weight)
 
 
-def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tolerance: float) -> StageResult:
+def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, options: Options) -> StageResult:
     """Return balance, means over blocks, zones and verdict at the end of a stage.
 
     Parameters
@@ -82,26 +85,25 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         The state at its start.
     number : int
         Of the stage.
-    tolerance : float
-        Largest residual of a block in balance.
+    options : Options
+        Largest residual of a block in balance, and which blocks are too small to count.
     """
     found = stage_solution(of, end, "", before.seconds, ())
     out_of_balance, reactions = _at_nodes(of, end)
-    place = Placement.of(of, end)
+    place, here = Placement.of(of, end), end.present[:, None]
     contacts = _contacts(of, end, out_of_balance + reactions, place)
     bars, supports, held = _supports(of, end, reactions, place)
     forces, water = _point_forces(of, end, place), _water(end)
-    here = end.present[:, None]
-    on_blocks = _of_water(of, end, water, place)[0] * here
-    weight = end.model.gravity_forces * here
+    on_blocks, weight = _of_water(of, end, water, place)[0] * here, end.model.gravity_forces * here
     loads = on_blocks + force_sums(forces, place.centroid)
     loads[:, :2] += weight
     bolts = _as_given(end, found.bolts)
-    residual = loads + held + _of_contacts(contacts, place.centroid) + _of_bolts(bolts, place.centroid)
-    reference = _reference(end, loads, forces, contacts, _of_bolts(bolts, place.centroid), before.reference)
-    relative = relative_residual(of.model, residual * here, reference)
-    position = _position(of, end, found)
-    status, reason = _verdict(of, end, found, position, relative, tolerance)
+    of_bolts, of_contacts = _of_bolts(bolts, place.centroid), _of_contacts(contacts, place.centroid)
+    reference = _reference(end, loads, forces, contacts, of_bolts, before.reference)
+    residual = relative_residual(of.model, (loads + held + of_contacts + of_bolts) * here, reference)
+    position, zones = _position(of, end, found), _zones(of, found, end)
+    small = _small_blocks(of, end, zones, options.falls)
+    status, reason = _verdict(of, end, found, position, end.present & ~small, residual, options.tolerance)
     return StageResult(
         name=end.name,
         status=status,
@@ -120,12 +122,13 @@ def stage_result(of: Continuum, end: StageEnd, before: Before, number: int, tole
         supports=supports,
         bolts=bolts,
         unstable_blocks=falling_blocks(of, end),
+        small_blocks=np.flatnonzero(small).astype(np.int32),
         start_residual=0.0,
-        residual=relative,
+        residual=residual,
         reference_weight=reference,
-        steps=(_step_record(end, found, relative, before.seconds, number),),
+        steps=(_step_record(end, found, residual, before.seconds, number),),
         evidence=evidence_of(of, end, contacts, forces, water, bars, weight, place),
-        zones=_zones(of, found, end),
+        zones=zones,
         shaking=end.shaking,
         notes=(*_of_strains(of, end), *_of_corners(of, end)),
     )
@@ -275,7 +278,13 @@ def _pore_pressure(of: Continuum, end: StageEnd) -> FloatArray:
 
 
 def _verdict(
-    of: Continuum, end: StageEnd, found: ContinuumSolution, position: FloatArray, residual: float, tolerance: float
+    of: Continuum,
+    end: StageEnd,
+    found: ContinuumSolution,
+    position: FloatArray,
+    counts: BoolArray,
+    residual: float,
+    tolerance: float,
 ) -> tuple[Status, str]:
     if end.fault:
         return Status.NOT_CONVERGED, end.fault
@@ -297,7 +306,7 @@ def _verdict(
     if end.large is not None:
         if end.leaves:
             return Status.NOT_CONVERGED, LEAVES
-    elif far := moved_far(of.model, position, end.present):
+    elif far := moved_far(of.model, position, counts):
         return Status.NOT_CONVERGED, f"block {far}: {LARGER}"
     if not residual <= tolerance:
         return Status.NOT_CONVERGED, f"a block is out of balance by {residual:.1e} of the reference weight"
@@ -324,6 +333,13 @@ def _step_record(end: StageEnd, found: ContinuumSolution, residual: float, secon
         seconds=seconds,
         method="Newton in zones",
     )
+
+
+def _small_blocks(of: Continuum, end: StageEnd, zones: ZoneResult, falls: Falls) -> BoolArray:
+    """Return the blocks that are there and too small to count, (n,)."""
+    pieces = zones.of_pieces(of.model.blocks.moments.bulk * end.present)
+    small: BoolArray = small_blocks(of.model, falls, pieces) & end.present
+    return small
 
 
 def _zones(of: Continuum, found: ContinuumSolution, end: StageEnd) -> ZoneResult:
