@@ -143,7 +143,7 @@ def test_the_thesiss_examples_have_its_verdicts(name, status, unstable, cycles):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "steps"), [("03_stratified_slope/floor", 120), ("03_stratified_slope/layered", 70)])
+@pytest.mark.parametrize(("name", "steps"), [("03_stratified_slope/floor", 120), ("03_stratified_slope/layered", 100)])
 def test_layers_come_to_rest_on_a_floor_where_blocks_have_mass(name, steps):
     """Section 4.6, Example 3: layer 2 stops at the bottom, layer 1 on it; the rock below stays where it is.
 
@@ -158,7 +158,7 @@ def test_layers_come_to_rest_on_a_floor_where_blocks_have_mass(name, steps):
     along, above = np.cos(dip) * x - np.sin(dip) * y, np.sin(dip) * x + np.cos(dip) * y
     lower, upper = ((above > k) & (above < k + 1) & (along < 0) for k in (0, 1))
     moved = np.hypot(*results.stages[-1].displacement[:, :2].T)
-    assert_allclose(moved[lower].min(), 2.0, atol=0.2)  # along the face to the floor, and a little over it
+    assert 2.0 < moved[lower].min() < 2.5  # along the face to the floor, and over its edge by less than half a layer
     assert moved[upper].min() > moved[lower].max() + 1.0
     assert moved[~(lower | upper)].max() < 0.01
     assert bsm.run(model, wang()).status != "stable"
