@@ -19,9 +19,11 @@ from bsm_mesh.model.stages import INITIAL, Stage, presence
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.results.records import ContactForces, StageResult
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
-from bsm_mesh.solve.stages.new_faces import forces_on_new_faces, pressure_on_new_faces
+from bsm_mesh.solve.stages.new_faces import pressure_on_new_faces
+from bsm_mesh.solve.stages.relaxation import forces_on_new_faces
 from bsm_mesh.solve.stages.scheme import Reporter, Scheme
-from bsm_mesh.solve.stages.solution import Analysis, StageSolution, StageState
+from bsm_mesh.solve.stages.solution import Analysis, StageSolution
+from bsm_mesh.solve.stages.state import StageState
 
 
 class BlockStages:
@@ -115,7 +117,7 @@ def _begin(
 ) -> None:
     """Remove and place the blocks of a stage, and add its loads."""
     stays, leaves = state.present & now, state.present & ~now
-    state.unreleased_forces.append((forces_on_new_faces(scheme, contacts, stays, leaves), 0.0))
+    state.relaxation.add(forces_on_new_faces(scheme, contacts, stays, leaves))
     scheme.remove_and_place_blocks(stays, now & ~state.present)
     if stage.pressure:
         state.forces.append(pressure_on_new_faces(model.blocks, stays, leaves, stage.pressure))

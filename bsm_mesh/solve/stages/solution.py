@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import ModelError, counted
-from bsm_mesh.flow.coupling import FlowCoupling, FlowState
+from bsm_mesh.flow.coupling import FlowCoupling
 from bsm_mesh.model.falls import Falls
 from bsm_mesh.model.in_stage import present_bolts
-from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
-from bsm_mesh.model.supports import Bars
-from bsm_mesh.model.water import Water
 from bsm_mesh.movements import distances
 from bsm_mesh.results.evidence import OF_SHAKEN, Proof
 from bsm_mesh.results.movement import displacement_of
@@ -26,9 +23,9 @@ from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import after_falls, falls_of, note_on_others, notes_on_movement
 from bsm_mesh.solve.stages.given_position import notes_on_given_position
-from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Scheme, Watchers
 from bsm_mesh.solve.stages.shaken import notes_on_shaking
+from bsm_mesh.solve.stages.state import StageState
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,75 +54,6 @@ class Analysis:
     falls: Falls
     keep: Keep
     flow: FlowCoupling | None = None
-
-
-@dataclass(eq=False, slots=True)
-class StageState:
-    """The state that changes from stage to stage, in the numbers of the whole; `model` has the stage's strength."""
-
-    model: Model
-    present: BoolArray
-    bars: Bars
-    bar_forces: FloatArray
-    forces: list[PointForces]
-    water: Water | None
-    origin: FloatArray
-    unreleased_forces: list[tuple[PointForces, float]] = field(default_factory=list)  # on new surfaces; part released
-    fallen: list[int] = field(default_factory=list)
-    flow: FlowState | None = None
-
-    @classmethod
-    def recalled(cls, begun: Checkpoint, model: Model, bars: Bars, water: Water | None) -> StageState:
-        """Return the state at a checkpoint."""
-        return cls(
-            model=model,
-            present=begun.present,
-            bars=bars,
-            bar_forces=begun.bar_forces.copy(),
-            forces=list(begun.forces),
-            water=water,
-            unreleased_forces=list(begun.unreleased),
-            origin=begun.origin.copy(),
-            fallen=list(begun.fallen),
-            flow=begun.flow,
-        )
-
-    def checkpoint(self, finished: int, scheme: Scheme, stage: StageProgress | None = None) -> Checkpoint:
-        """Return the checkpoint after so many finished stages, `stage` being under way."""
-        return Checkpoint(
-            finished=finished,
-            stage=stage,
-            scheme=scheme.state,
-            present=self.present,
-            bar_forces=self.bar_forces.copy(),
-            origin=self.origin.copy(),
-            forces=tuple(self.forces),
-            unreleased=tuple(self.unreleased_forces),
-            fallen=tuple(self.fallen),
-            flow=self.flow,
-        )
-
-    def release(self, part: float) -> None:
-        """Release the excavation forces up to a part of them."""
-        self.unreleased_forces = [(forces, max(released, part)) for forces, released in self.unreleased_forces]
-
-    def forget_released(self) -> None:
-        """Forget the excavation forces that are released as a whole."""
-        self.unreleased_forces = [(forces, released) for forces, released in self.unreleased_forces if released < 1]
-
-    def take_away(self, down: IntArray) -> None:
-        """Take blocks (k,) away that fell: nothing holds them, and they hold nothing."""
-        self.fallen.extend(down.tolist())
-        self.present = self.present.copy()
-        self.present[down] = False
-        self.origin[down] = 0.0
-        self.bar_forces[~self.present[self.bars.block]] = 0.0
-
-    @property
-    def all_forces(self) -> PointForces:
-        """Loads, and the part of excavation forces that still acts."""
-        left = [(forces, 1 - released) for forces, released in self.unreleased_forces if released < 1]
-        return concatenate([*self.forces, *(replace(forces, force=part * forces.force) for forces, part in left)])
 
 
 class StageSolution:
@@ -169,7 +97,7 @@ class StageSolution:
         """Return the equilibrium after every released part of the excavation forces, or the first failure."""
         run, state = self._run, self._state
         while True:
-            state.release(parts[self._now])
+            state.relaxation.release(parts[self._now])
             part = self._submodel()
             self._began_at = run.scheme.moved.copy()
             outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part), self._keep)
@@ -179,7 +107,7 @@ class StageSolution:
                 if not stage.status.is_at_rest or self._now == len(parts):
                     break
             self._keep()
-        state.forget_released()
+        state.relaxation.forget_released()
         stage = replace(stage, small_blocks=self._small_blocks())
         movement, crushing = notes_on_movement(run.model.blocks, stage), notes_on_crushing(run.model, stage)
         others = note_on_others(run.model.blocks, stage, self._free_blocks()) if outcome.down.size else []
