@@ -11,6 +11,7 @@ A *window* of cycles has one reference: forces and laws are worked out exactly t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -36,13 +37,13 @@ class ExplicitMotion(Cycles):
     def _begin(self) -> None:
         """Set the contacts that may close within a window, and their columns."""
         self._strips = self._strips or strips(self.system.centroid, self._step.factors.options.threads)
-        self._rows, self._columns = self._near()
+        self._rows, self._columns = self._near(self._strength())
 
-    def _near(self) -> tuple[IntArray, Columns]:
-        """Return the contacts (k,) that may close within a window, and their columns."""
+    def _near(self, lines: Mapping[str, FloatArray]) -> tuple[IntArray, Columns]:
+        """Return the contacts (k,) that may close within a window, and their columns with lines of strength."""
         contacts, at, d = self.contacts, self.residual.at, self.system.d
         rows = near(contacts, at, 3 * self._settings.window * d)
-        return rows, columns_of(contacts, at, self._strength(), rows)
+        return rows, columns_of(contacts, at, lines, rows)
 
     def _sums(self) -> FloatArray:
         return spring_sums(self.system, self._weighed(), self._settings.heavier_bolts)

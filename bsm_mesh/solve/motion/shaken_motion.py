@@ -7,6 +7,7 @@ they follow to the new half.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -123,9 +124,9 @@ class ShakenMotion(ExplicitMotion):
         speed = self._step.movement(self._velocity)
         return min(cycles, count, max(1, int(self._window() / speed))) if speed > 0 else min(cycles, count)
 
-    def _near(self) -> tuple[IntArray, Columns]:
+    def _near(self, lines: Mapping[str, FloatArray]) -> tuple[IntArray, Columns]:
         """Return the contacts (k,) that may close within a window, and their columns: the last cycle's gaps too."""
-        rows, columns = super()._near()
+        rows, columns = super()._near(lines)
         if self._shaking.dashpots > 0:
             position, contacts = self.residual.position, self.contacts
             before, now = (contacts.relative_positions(where)[:2] for where in (position - self._velocity, position))

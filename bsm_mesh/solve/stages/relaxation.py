@@ -1,4 +1,4 @@
-"""Relaxation: what excavated blocks pressed on those that stay, released in parts (Wang 4.5.2)."""
+"""Relaxation: forces of excavated blocks on those that stay, released in parts (Wang 4.5.2)."""
 
 from __future__ import annotations
 
