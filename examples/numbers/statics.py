@@ -265,7 +265,7 @@ def uncertain_slope() -> str:
     told = "; ".join(f"{name}: {', '.join(quarters[key])}" for key, name in UNCERTAIN_KEYS.items())
     return f"""{markdown(("file", "what", "by formula", "found"), rows)}
 
-What decides is the water. Runs that fail in the lowest to the highest quarter of each: {told}."""
+The water decides. Runs that fail in the lowest to the highest quarter of each: {told}."""
 
 
 UNCERTAIN = "uncertain_slope/model"
