@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -45,3 +47,28 @@ class Draw:
         drawn = bool(self._random.random() < share)
         self.tags += [tag] if drawn and tag else []
         return drawn
+
+
+def in_time(draw: Draw, stages: list[dict[str, Any]], ends: dict[str, Any], *places: dict[str, Any]) -> dict[str, Any]:
+    """Return stages, a bolt between its ends and histories at places, as parts of a model.
+
+    A stage that fills puts back what the one before took away.
+    """
+    parts: dict[str, Any] = {}
+    for former, stage in pairwise(stages):
+        stage |= {"fill": former.get("excavate", [])} if "fill" in stage else {}
+    if draw.often(0.35):
+        kind = draw.one(*BOLTS)
+        draw.tags.append(f"bolt: {kind}")
+        late = {"stage": "stage 1"} if stages and draw.often(0.5, "late bolt") else {}
+        parts["bolts"] = [bsm.Bolt(**ends, diameter=0.025, name="B", **BOLTS[kind], **late)]
+    if draw.often(0.4, "histories"):
+        recorded = [*places, {"joint": "bed"}, *[{"bolt": "B"}] * ("bolts" in parts)]
+        parts["histories"] = [bsm.History(f"h{number}", **place) for number, place in enumerate(recorded)]
+    return parts | {"stages": [bsm.Stage(**stage) for stage in stages]}
+
+
+def options_of(draw: Draw) -> bsm.Options:
+    """Return the options of a run of one thread."""
+    options = bsm.Options(threads=1, max_steps=60)
+    return replace(options, falls=bsm.Falls(on_fall="remove")) if draw.often(0.1, "falls removed") else options

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.combinations.draw import BOLTS, LAWS, OF_JOINTS, Draw
+from benchmarks.combinations.draw import LAWS, OF_JOINTS, Draw, in_time, options_of
 from bsm_mesh.model.loads import Load
 
 FIELDS = (
@@ -60,23 +60,11 @@ def combination(seed: int) -> tuple[dict[str, Any], bsm.Options, list[str]]:
     flow = draw.often(0.2, "flow")
     parts |= {**_joints(draw, flow), **_ground(draw, flow)}
     stages = [_stage(draw, number, flow) for number in range(draw.one(0, 1, 2))]
-    for former, stage in pairwise(stages):
-        stage |= {"fill": former.get("excavate", [])} if "fill" in stage else {}
-    if draw.often(0.35):
-        kind = draw.one(*BOLTS)
-        draw.tags.append(f"bolt: {kind}")
-        late = {"stage": "stage 1"} if stages and draw.often(0.5, "late bolt") else {}
-        parts["bolts"] = [bsm.Bolt(start=(2.2, 2.9), end=(2.4, 0.2), diameter=0.025, name="B", **BOLTS[kind], **late)]
-    if draw.often(0.4, "histories"):
-        places: list[dict[str, Any]] = [{"point": (2, 2.5)}, {"block": 10}, {"joint": "bed"}]
-        places += [{"line": [(0.5, 0.5), (0.5, 2.5)]}, *[{"bolt": "B"}] * ("bolts" in parts)]
-        parts["histories"] = [bsm.History(f"h{number}", **place) for number, place in enumerate(places)]
-    parts["stages"] = [bsm.Stage(**stage) for stage in stages]
+    bolt = {"start": (2.2, 2.9), "end": (2.4, 0.2)}
+    parts |= in_time(draw, stages, bolt, {"point": (2, 2.5)}, {"block": 10}, {"line": [(0.5, 0.5), (0.5, 2.5)]})
     if draw.often(0.3, "gauss"):
         parts["contact_points"] = "gauss"
-    options = bsm.Options(threads=1, max_steps=60)
-    if draw.often(0.1, "falls removed"):
-        options = replace(options, falls=bsm.Falls(on_fall="remove"))
+    options = options_of(draw)
     if draw.often(0.1, "linear"):
         options = replace(options, scheme="linear")
     return parts, options, draw.tags

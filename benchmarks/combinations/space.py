@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.combinations.draw import BOLTS, LAWS, OF_JOINTS, Draw
+from benchmarks.combinations.draw import LAWS, OF_JOINTS, Draw, in_time, options_of
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.loads import Load
 
@@ -57,25 +56,12 @@ def combination(seed: int) -> tuple[dict[str, Any], bsm.Options, list[str]]:
     draw = Draw(seed)
     parts = {"blocks": wall(), "default_joint": "bed", **_matter(draw), **_ground(draw)}
     stages = [_stage(draw, number) for number in range(draw.one(0, 1, 2))]
-    for former, stage in pairwise(stages):
-        stage |= {"fill": former.get("excavate", [])} if "fill" in stage else {}
-    if draw.often(0.35):
-        kind = draw.one(*BOLTS)
-        draw.tags.append(f"bolt: {kind}")
-        late = {"stage": "stage 1"} if stages and draw.often(0.5, "late bolt") else {}
-        ends: dict[str, Any] = {"start": (1.6, 0.5, 2.9), "end": (1.8, 0.4, 0.2)}
-        parts["bolts"] = [bsm.Bolt(**ends, diameter=0.025, name="B", **BOLTS[kind], **late)]
-    if draw.often(0.4, "histories"):
-        places: list[dict[str, Any]] = [{"point": (1.5, 0.5, 2.5)}, {"block": 8}, {"joint": "bed"}]
-        places += [{"line": [(0.5, 0.5, 0.5), (0.5, 0.5, 2.5)]}, *[{"bolt": "B"}] * ("bolts" in parts)]
-        parts["histories"] = [bsm.History(f"h{number}", **place) for number, place in enumerate(places)]
-    parts["stages"] = [bsm.Stage(**stage) for stage in stages]
+    bolt = {"start": (1.6, 0.5, 2.9), "end": (1.8, 0.4, 0.2)}
+    line = [(0.5, 0.5, 0.5), (0.5, 0.5, 2.5)]
+    parts |= in_time(draw, stages, bolt, {"point": (1.5, 0.5, 2.5)}, {"block": 8}, {"line": line})
     if draw.often(0.3, "corners"):
         parts["contact_points"] = "corners"
-    options = bsm.Options(threads=1, max_steps=60)
-    if draw.often(0.1, "falls removed"):
-        options = replace(options, falls=bsm.Falls(on_fall="remove"))
-    return parts, options, draw.tags
+    return parts, options_of(draw), draw.tags
 
 
 def _matter(draw: Draw) -> dict[str, Any]:
