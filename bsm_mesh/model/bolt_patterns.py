@@ -120,9 +120,8 @@ def row_of_bolts(
     rules.number("offset", offset, DISTANCE, optional=True)
     rules.number("direction", direction, DIRECTION, optional=True)
     raise_faults(rules.faults)
-    present = _present_at(keys.get("stage"), stages, blocks)
     heads, directions = [], []
-    for chain in _chains(blocks, _one_side(blocks, boundary, rules.thing, present)):
+    for chain in _chains(blocks, _one_side(blocks, boundary, rules.thing, keys.get("stage"), stages)):
         start, along = blocks.vertices[chain], blocks.edge_vectors[chain]
         reach = np.hypot(*along.T)
         ends = np.cumsum(reach)
@@ -298,7 +297,7 @@ def _laid_bare(blocks: Blocks, present: BoolArray) -> IntArray:
     return edges
 
 
-def _one_side(blocks: Blocks, boundary: str, thing: str, present: BoolArray) -> IntArray:
+def _one_side(blocks: Blocks, boundary: str, thing: str, stage: str | None, stages: Sequence[Stage]) -> IntArray:
     """Return the edges of a boundary on the side that is bare; where neither is, on the side that stays."""
     if boundary not in blocks.boundaries and blocks.excavations:
         raise ModelError(
@@ -310,6 +309,7 @@ def _one_side(blocks: Blocks, boundary: str, thing: str, present: BoolArray) -> 
     two_sided = ~np.isin(edges, blocks.outer_edges)
     if not two_sided.any():
         return edges
+    present = _present_at(stage, stages, blocks)
     bare = np.isin(edges, _laid_bare(blocks, present))
     if bare.any():
         return edges[bare | (~two_sided & present[blocks.owner[edges]])]
