@@ -71,7 +71,7 @@ def _matter(draw: Draw) -> dict[str, Any]:
     number = draw.one(*range(len(LAWS) + 1))
     draw.tags.append(f"law {number}")
     given: dict[str, Any] = {"normal_stiffness": draw.one(1e9, 1e10), "shear_stiffness": draw.one(5e8, 5e9)}
-    for more in OF_JOINTS[:2]:  # the others are for the plane
+    for more in OF_JOINTS[:3]:  # the last is for the plane
         given |= more if draw.often(0.12, next(iter(more))) else {}
     return {"rocks": [rock], "joints": [bsm.Joint("bed", **given, law=(*LAWS, WORN)[number])]}
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.feature import Curve, Feature, Movement, Springs, Tangent
 
 ITERATIONS = 60  # of Newton's method, halved where that leads out of the interval: then of bisection alone
@@ -61,6 +61,10 @@ class Dilating(Feature):
         left: FloatArray = np.maximum(self.last - slip_path[self.rows], 0.0)
         return left
 
+    def columns(self, slip_path: FloatArray) -> FloatArray:
+        """Return slopes, and the slip that still opens, of all contacts after slip paths (m,) [m], (2, m)."""
+        return self.spread(len(slip_path), self.slope, self.room(slip_path))
+
     def slips(
         self, slip: FloatArray, offset: FloatArray, springs: Springs, at: Movement
     ) -> tuple[FloatArray, FloatArray]:
@@ -68,9 +72,7 @@ class Dilating(Feature):
         rows = self.rows
         if not len(rows):
             return slip, offset
-        moved = at.moved(rows)
-        trial = np.where(np.isnan(moved), 0.0, springs.old_shear[rows] + springs.stiffness[rows] * moved)
-        overlap, room = at.overlap(rows), self.room(at.contacts.slip_path)
+        trial, overlap, room = at.trial(rows, springs), at.overlap(rows), self.room(at.contacts.slip_path)
         # Slip presses, and so gives strength: what sticks without it sticks.
         pressure, _ = at.pressures(rows)(overlap)
         slides = np.flatnonzero(np.abs(trial) > at.strength(rows)(np.maximum(pressure, 0.0))[0])
@@ -92,12 +94,9 @@ class Dilating(Feature):
         if not len(at.slip):
             return given
         normal, by_gap, shear = (values.copy() for values in given[:3])
-        by_along = np.zeros(len(normal))
-        slides = (at.slip > 0) & (at.slip < self.room(slip_path))
-        slides &= (at.closed & ~at.sticking)[self.rows]
+        by_along, springs = np.zeros(len(normal)), at.springs
+        slides, softer = self.softening(at, slip_path, springs.stiffness)
         k, t = self.rows[slides], self.slope[slides]
-        by_pressure, springs = at.dshear_dpressure[k], at.springs
-        softer = 1 / (1 + t * np.abs(by_pressure) * at.normal_stiffness[k] / springs.stiffness[k])
         normal[k] *= softer
         by_gap[k] *= softer
         by_along[k] = np.copysign(t, at.shear[k]) * normal[k]
@@ -106,8 +105,18 @@ class Dilating(Feature):
             more = 1 + t / springs.stiffness[k] * (way * springs.trial_by_closure[k] - slip * springs.by_closure[k])
             normal[k] *= more
             by_gap[k] *= more
-        shear[k] += by_pressure * by_along[k]
+        shear[k] += at.dshear_dpressure[k] * by_along[k]
         return Tangent(normal, by_gap, shear, by_along)
+
+    def softening(self, at: Any, slip_path: FloatArray, stiffness: FloatArray) -> tuple[BoolArray, FloatArray]:
+        """Return which of these open by slip at an `Evaluation`, (h,), and the factor on the normal springs of those.
+
+        Slip paths (m,) [m] are those before the step, `stiffness` (m,) that of shear springs.
+        """
+        slides = (at.slip > 0) & (at.slip < self.room(slip_path))
+        slides &= (at.closed & ~at.sticking)[self.rows]
+        k, t = self.rows[slides], self.slope[slides]
+        return slides, 1 / (1 + t * np.abs(at.dshear_dpressure[k]) * at.normal_stiffness[k] / stiffness[k])
 
 
 def slip_of_step(

@@ -80,10 +80,10 @@ class Movement:
         overlap: FloatArray = self.contacts.offset[rows] - self.gap[rows]
         return overlap
 
-    def moved(self, rows: IntArray) -> FloatArray:
-        """Return their movement along the edge in the step, (h,) [m]; not a number: no contact before."""
+    def trial(self, rows: IntArray, springs: Springs) -> FloatArray:
+        """Return their shear force if they stuck, (h,) [N/m]; 0 where there was no contact before."""
         moved: FloatArray = self.along[rows] - self.contacts.old_tangential[rows]
-        return moved
+        return np.where(np.isnan(moved), 0.0, springs.old_shear[rows] + springs.stiffness[rows] * moved)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -38,6 +38,13 @@ class Features(NamedTuple):
             offset = each.opened(offset, before, after)
         return offset
 
+    def once_open(self, offset: FloatArray, slip_path: FloatArray) -> FloatArray:
+        """Return the gaps at which contacts would close again had they opened, (m,) [m]: without dilation, then lost.
+
+        Only stress in situ, and filled blocks, leave any above 0.
+        """
+        return self.opened(offset, slip_path, np.zeros_like(slip_path))
+
 
 def features_of(
     catalogue: LawCatalogue,

@@ -123,7 +123,7 @@ def evaluate(
     gap, tangential, *frames = contacts.relative_positions(position)
     slip, offset = gap[:0], contacts.offset
     springs = Springs(contacts.shear_stiffness, contacts.old_shear, gap[:0], gap[:0])
-    here = Movement(contacts, gap, tangential, partial(_pressures_of, contacts), partial(_strength_of, contacts, laws))
+    here = Movement(contacts, gap, tangential, partial(pressures_of, contacts), partial(strength_of, contacts, laws))
     for feature in contacts.features:
         springs = feature.springs(springs, here)
         slip, offset = feature.slips(slip, offset, springs, here)
@@ -164,7 +164,7 @@ def evaluate(
     )
 
 
-def _pressures_of(contacts: ContactSet, rows: IntArray) -> Curve:
+def pressures_of(contacts: Any, rows: IntArray) -> Curve:
     """Return what gives the pressures of some rows (k,) at overlaps, and their derivatives."""
     number = np.full(contacts.count, -1)
     number[rows] = np.arange(len(rows))
@@ -172,7 +172,7 @@ def _pressures_of(contacts: ContactSet, rows: IntArray) -> Curve:
     return lambda overlap: features.pressures(overlap, stiffness * overlap, stiffness)
 
 
-def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray) -> Curve:
+def strength_of(contacts: Any, laws: tuple[JointLaw, ...], rows: IntArray) -> Curve:
     """Return what gives the strength of some rows (k,) at pressures, and its derivative, as slipping contacts have."""
     length = contacts.candidates.length[rows]
     parts = rows_by_law(contacts.law[rows])

@@ -71,7 +71,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
     state = state_of(contacts, kept) | {name: values[kept] for name, values in _after_step(contacts, at).items()}
     offset = np.where(_still_overlapping(contacts, at)[kept], at.gap[kept], state["offset"])
-    state["offset"] = np.where(is_open, offset_once_open(contacts)[kept], offset)
+    state["offset"] = np.where(is_open, contacts.features.once_open(contacts.offset, contacts.slip_path)[kept], offset)
     pressure = np.where(is_open, 0.0, np.maximum(at.pressure[kept], LEAST))
     history = History(
         active=active_contacts(contacts, at, position, kept, pressure),
@@ -143,18 +143,10 @@ def _kept(contacts: ContactSet, at: Evaluation, size: float) -> tuple[IntArray, 
     broken = (contacts.tension > 0) & ~at.closed
     idle = contacts.within_tolerance & ~at.failed & (at.gap <= RULES.rounding * size) & ~broken
     lasting = at.closed | idle | _still_overlapping(contacts, at)
-    offset = offset_once_open(contacts)
+    offset = contacts.features.once_open(contacts.offset, contacts.slip_path)
     beside = (offset > 0) & (at.gap <= offset + CONTACT_TOLERANCE * size)
     kept = np.flatnonzero(lasting | beside)
     return kept, ~lasting[kept]
-
-
-def offset_once_open(contacts: ContactSet) -> FloatArray:
-    """Return the gaps at which contacts would close again had they opened, (m,) [m]: without dilation, which is lost.
-
-    Only stress in situ, and filled blocks, leave any above 0.
-    """
-    return contacts.features.opened(contacts.offset, contacts.slip_path, np.zeros(contacts.count))
 
 
 def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:

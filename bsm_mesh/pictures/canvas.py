@@ -148,9 +148,8 @@ def finish(sheet: Sheet, caption: str) -> Figure:
     """Write title, caption and key, and return the figure."""
     caption += sheet.complete()
     width = int(LETTERS * (sheet.figure.get_figwidth() - BESIDE))
-    title = "\n".join(textwrap.wrap(sheet.scene.title, width))
     told = "\n".join(textwrap.wrap(caption, int(1.25 * width)))
-    entitle(sheet.figure, title)
+    entitle(sheet.figure, sheet.scene.title)
     sheet.axes.set_title(told, loc="left", fontsize=10, color=TEXT, parse_math=False)
     add_key(sheet.figure, sheet.key)
     return sheet.figure

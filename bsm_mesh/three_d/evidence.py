@@ -16,7 +16,6 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
     block, point, force = system.point_forces_at(motion.position)
     return Evidence(
         **rows_of(system, motion, kept),
-        closed_at=table.offset[kept],
         shear_stiffness=table.shear_stiffness[kept],
         near=(elastic_contacts(table, at, system.size) & ~at.closed)[kept],
         weight=model.gravity_forces,

@@ -6,9 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.forces import ContactSet
-from bsm_mesh.contact.history import offset_once_open
+from bsm_mesh.arrays import IntArray
 from bsm_mesh.contact.tangents import elastic_contacts
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.results.evidence import STRENGTH_STATE, Evidence, bar_rows, law_table
@@ -22,12 +20,9 @@ from bsm_mesh.solve.step.system import System
 def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence:
     """Return the evidence at the end of a run, for the contacts `kept` (k,) of its contact set."""
     table, at = motion.contacts, motion.at
-    closed_at, dilation = _dilation_of(table)
     block, point, force = system.point_forces_at(motion.position)
     return Evidence(
         **rows_of(system, motion, kept),
-        closed_at=closed_at[kept],
-        dilation=dilation[kept] if system.catalogue.dilates else None,
         shear_stiffness=np.where(at.closed, at.springs.stiffness, table.shear_stiffness)[kept],
         near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],
         **given_of(system.model, system.water, PointForces(block=block, point=point, force=force)),
@@ -39,9 +34,13 @@ def rows_of(system: System, motion: Motion, kept: IntArray) -> dict[str, Any]:
     table, turning, bars = motion.contacts, system.load_stiffness(motion.position), motion.constraints.bars
     pair, tangent = bolt_tangent(motion.bolts, motion.bolts_at, turning=True)
     names = ("law", *STRENGTH_STATE, "tension", "residual_tension")
+    dilating = table.features.dilating
+    dilation = dilating.spread(table.count, dilating.slope, dilating.last).T
     return {
         "laws": law_table(system.catalogue.laws),
         **{name: getattr(table, name)[kept] for name in names},
+        "closed_at": table.features.once_open(table.offset, table.slip_path)[kept],
+        "dilation": dilation[kept] if system.catalogue.dilates else None,
         "normal_stiffness": motion.at.normal_stiffness[kept],
         "load_stiffness": None if turning is None else (turning + turning.transpose(0, 2, 1)) / 2,
         "velocity": motion.velocity,
@@ -49,9 +48,3 @@ def rows_of(system: System, motion: Motion, kept: IntArray) -> dict[str, Any]:
         "bolt_tangent": tangent,
         **bar_rows(bars, system.placed(motion.position)[bars.block] + system.bar_arms(motion.position)),
     }
-
-
-def _dilation_of(table: ContactSet) -> tuple[FloatArray, FloatArray]:
-    """Return the gaps (m,) [m] below which contacts carry pressure, dilation apart, and that, as in `Evidence`."""
-    dilating = table.features.dilating
-    return offset_once_open(table), dilating.spread(table.count, dilating.slope, dilating.last).T

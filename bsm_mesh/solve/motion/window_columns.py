@@ -139,8 +139,7 @@ def _is_more_than_a_line(columns: Columns) -> bool:
 
 def _slips(contacts: Any, rows: IntArray) -> ChunkArray:
     """Return what slip does to some of the contacts."""
-    dilating = contacts.features.dilating
-    opening = dilating.spread(contacts.count, dilating.slope, dilating.room(contacts.slip_path))
+    opening = contacts.features.dilating.columns(contacts.slip_path)
     return _chunks(SLIP, dict(zip(("dilation", "room"), opening[:, rows], strict=True)), len(rows))
 
 

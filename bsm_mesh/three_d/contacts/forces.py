@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.forces import respond
+from bsm_mesh.contact.feature import Movement, Springs
+from bsm_mesh.contact.forces import pressures_of, respond, strength_of
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.three_d.contacts.contact_set import ContactSet
@@ -33,6 +35,7 @@ class Evaluation:
     dshear_dpressure: FloatArray  # of the magnitude
     failed: BoolArray
     forces: FloatArray
+    slip: FloatArray  # (h,) of the dilating contacts in this step [m], not negative
 
     @property
     def size(self) -> FloatArray:
@@ -54,17 +57,32 @@ class Evaluation:
         return full
 
 
+class PointMovement(Movement):
+    """Contact points at a position in a step: `along` (m,) [N] is the magnitude of the shear force if they stuck."""
+
+    __slots__ = ()
+
+    def trial(self, rows: IntArray, springs: Springs) -> FloatArray:
+        """Return the shear force of some contacts if they stuck, (h,) [N]."""
+        trial: FloatArray = self.along[rows]
+        return trial
+
+
 def evaluate(contacts: ContactSet, laws: tuple[JointLaw, ...], position: FloatArray) -> Evaluation:
     """Return the contact forces on the blocks at a position (n, 6) and their derivatives."""
     swing, place, arm_a, arm_b = contacts.frames(position)
     gap, tangential = contacts.gaps(place), contacts.along(place)
     on_polygon = np.linalg.norm(tangential, axis=1) <= contacts.reach
-    pressing = contacts.normal_stiffness * (contacts.offset - gap)
-    closed = on_polygon & (pressing >= -contacts.tension) & ((pressing > 0) | (contacts.tension > 0))
-    pressure = np.where(closed, pressing, 0.0)
-    pressure, stiffness = contacts.features.pressures(contacts.offset - gap, pressure, contacts.normal_stiffness)
     trial = trial_shears(contacts, place)
     size = np.linalg.norm(trial, axis=1)
+    here = PointMovement(contacts, gap, size, partial(pressures_of, contacts), partial(strength_of, contacts, laws))
+    slip, offset, springs = gap[:0], contacts.offset, Springs(contacts.shear_stiffness, size, gap[:0], gap[:0])
+    for feature in contacts.features:
+        slip, offset = feature.slips(slip, offset, springs, here)
+    pressing = contacts.normal_stiffness * (offset - gap)
+    closed = on_polygon & (pressing >= -contacts.tension) & ((pressing > 0) | (contacts.tension > 0))
+    pressure = np.where(closed, pressing, 0.0)
+    pressure, stiffness = contacts.features.pressures(offset - gap, pressure, contacts.normal_stiffness)
     answer = respond(contacts, laws, pressure, size, closed)
     part = np.divide(answer.shear, size, out=np.zeros_like(size), where=size > 0)
     shear = part[:, None] * trial
@@ -85,6 +103,7 @@ def evaluate(contacts: ContactSet, laws: tuple[JointLaw, ...], position: FloatAr
         dshear_dpressure=answer.by_pressure,
         failed=answer.failed,
         forces=forces,
+        slip=slip,
     )
 
 
@@ -106,6 +125,8 @@ def commit(contacts: ContactSet, at: Evaluation, size: float) -> tuple[PointHist
     changed = int((at.failed & ~contacts.failed & stays).sum())
     c, kept = contacts.candidates, stays[:, None]
     first = np.where(np.isnan(contacts.first_place), at.place, contacts.first_place)
+    slid = slip_path_after(contacts, at)
+    opened = contacts.features.opened(contacts.offset, contacts.slip_path, slid)
     history = PointHistory(
         key=contacts.key,
         block_a=c.block_a,
@@ -114,10 +135,10 @@ def commit(contacts: ContactSet, at: Evaluation, size: float) -> tuple[PointHist
         shear=np.where(kept, at.shear, 0.0),
         place=at.place,
         first_place=first,
-        offset=contacts.offset,
+        offset=np.where(stays, opened, contacts.features.once_open(contacts.offset, contacts.slip_path)),
         failed=at.failed | ~stays,
         mated=contacts.mated & stays,
-        slip_path=slip_path_after(contacts, at),
+        slip_path=slid,
         renewed=contacts.renewed,
     )
     return history, changed
@@ -135,13 +156,14 @@ def slip_path_after(contacts: ContactSet, at: Evaluation) -> FloatArray:
 
 def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
     """Return contacts as slip in an accepted step has left them: where strength wore off their shear is cut."""
-    closed = at.closed[:, None]
+    closed, slid = at.closed[:, None], slip_path_after(contacts, at)
     return replace(
         contacts,
         old_shear=np.where(closed, at.shear, contacts.old_shear),
         old_place=np.where(closed, at.place, contacts.old_place),
         failed=at.failed,
-        slip_path=slip_path_after(contacts, at),
+        slip_path=slid,
+        offset=contacts.features.opened(contacts.offset, contacts.slip_path, slid),
     )
 
 
@@ -167,10 +189,18 @@ def tangent_stiffness(
     turning = np.divide(size, at.trial, out=np.zeros_like(size), where=slides) * contacts.shear_stiffness
     across = np.where(slides, np.maximum(turning, left), across)
     along = np.where(slides, left, across)
-    coupled = np.where(slides, at.dshear_dpressure * at.normal_stiffness, 0.0)
+    opening = np.zeros_like(size)
+    if len(at.slip):
+        dilating = contacts.features.dilating
+        opens, softer = dilating.softening(at, contacts.slip_path, contacts.shear_stiffness)
+        rows = dilating.rows[opens]
+        normal[rows] *= softer
+        opening[rows] = dilating.slope[opens] * normal[rows]
+        along = along + at.dshear_dpressure * opening
+    coupled = np.where(slides, at.dshear_dpressure * normal, 0.0)
     way = np.divide(at.shear, size[:, None], out=np.zeros_like(at.shear), where=(slides & (size > 0))[:, None])
     swing, _, arm_a, arm_b = contacts.frames(at.position)
-    stiffness = np.stack([normal, across, along, coupled], axis=1)
+    stiffness = np.stack([normal, across, along, coupled, opening], axis=1)
     given = contacts.candidates.block_b, swing, arm_a, arm_b, contacts.geometry
     data: FloatArray = fill_tangent(places, n_places, *given, stiffness, way, at.pressure, at.shear)
     return data
@@ -178,7 +208,7 @@ def tangent_stiffness(
 
 def sticking(contacts: ContactSet, at: Evaluation, closed: BoolArray) -> Evaluation:
     """Return an evaluation as if some contacts (m,) were closed and stuck."""
-    return replace(at, closed=closed, sticking=closed, dshear_dpressure=np.zeros_like(at.gap))
+    return replace(at, closed=closed, sticking=closed, dshear_dpressure=np.zeros_like(at.gap), slip=at.slip[:0])
 
 
 def elastic_contacts(contacts: ContactSet, at: Evaluation, size: float) -> BoolArray:

@@ -102,8 +102,9 @@ def fill_tangent(
     ----------
     places : (m, 4) int32
         Places of the blocks aa, ab, ba, bb of every contact.
-    stiffness : (m, 4) float64 [N/m]
-        Of the pressure by the gap; of the shear across the way of slip, along it, and along it by the gap.
+    stiffness : (m, 5) float64 [N/m]
+        Of the pressure by the gap; of the shear across the way of slip, along it, and along it by the gap; of the
+        pressure by slip that opens.
     way : (m, 3) float64
         Unit direction of the shear force in b's frame; zero where it does not slip.
     pressure, shear : (m,), (m, 3) float64 [N]
@@ -113,14 +114,14 @@ def fill_tangent(
     local, turned, force = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     by_a, by_b, spin = np.empty((3, 6)), np.empty((3, 6)), np.zeros((3, 3))
     for k in range(places.shape[0]):
-        kn, across, along, coupled = stiffness[k]
+        kn, across, along, coupled, opening = stiffness[k]
         if kn == 0.0 and across == 0.0 and along == 0.0:
             continue
         b, n, t = block_b[k], geometry[k, 6:9], way[k]
         for u in range(3):
             for v in range(3):
                 local[u, v] = kn * n[u] * n[v] - across * n[u] * n[v] - (across - along) * t[u] * t[v]
-                local[u, v] += coupled * t[u] * n[v]
+                local[u, v] += coupled * t[u] * n[v] + opening * n[u] * t[v]
             local[u, u] += across
             force[u] = pressure[k] * n[u] + shear[k, u]
         _turn(local, swing[b], turned)

@@ -92,8 +92,6 @@ def _water_faults(model: Model, water: Water | None) -> Iterable[str]:
 
 
 def _joint_faults(joint: object) -> Iterable[str]:
-    if getattr(joint, "dilation_angle", 0):
-        yield "dilation_angle is for the plane; leave it out"
     if getattr(joint, "shear_curve", None) is not None:
         yield "shear stiffness that grows with pressure is for the plane; give a constant shear_stiffness"
 

@@ -74,7 +74,7 @@ class ExplicitMotion(Cycles):
             self._keep(np.hstack([shift, turn]), springs[:, 9], shear, place, marks)
 
     def _springs(self, contacts: ContactSet, at: Evaluation) -> FloatArray:
-        """Return the columns of contacts that `advance` takes as springs, (m, 12)."""
+        """Return the columns of contacts that `advance` takes as springs, (m, 14)."""
         c, strength = contacts.candidates, self._strength()
         # By the tangent of a joint's hyperbola: the gap at which it presses nothing.
         offset = np.where(at.closed, at.gap + at.pressure / at.normal_stiffness, contacts.offset)
@@ -91,6 +91,7 @@ class ExplicitMotion(Cycles):
             np.zeros(contacts.count),
             strength["second"],
             strength["second_slope"],
+            *contacts.features.dilating.columns(contacts.slip_path),
         )
         return np.column_stack(columns)
 
@@ -109,6 +110,7 @@ class ExplicitMotion(Cycles):
         failed = contacts.failed | broken | (slides & full.failed)
         mated = contacts.mated & ~broken
         left = np.where(mated, contacts.residual_tension, 0.0)
+        path = contacts.slip_path + slid
         touched = closed | ~np.isnan(contacts.old_place[:, 0])
         first = np.where(closed[:, None] & np.isnan(contacts.first_place), place, contacts.first_place)
         here = replace(
@@ -119,7 +121,8 @@ class ExplicitMotion(Cycles):
             failed=failed,
             mated=mated,
             tension=np.where(failed, np.minimum(contacts.tension, left), contacts.tension),
-            slip_path=contacts.slip_path + slid,
+            slip_path=path,
+            offset=contacts.features.opened(contacts.offset, contacts.slip_path, path),
         )
         bolts = self.system.bolts
         if len(bolts.alive):

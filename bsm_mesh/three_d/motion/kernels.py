@@ -40,9 +40,10 @@ def advance(
         How many at most; a block that moved further since the window began ends it.
     blocks, geometry : block_a, block_b (m,), (m, 12) float64
         As `relative_positions` takes them.
-    springs : (m, 12) float64
+    springs : (m, 14) float64
         Stiffness (normal, shear), offset, tension, dashpot, line of strength (at no pressure, slope), reach, last gap,
-        slip in the window, second line. The lower line counts. Opening takes tension, and strength at no pressure.
+        slip in the window, second line, opening by slip (slope, slip left). The lower line counts. Opening of the
+        contact takes tension, and strength at no pressure.
     shear, place, marks : (m, 3), (m, 3) float64, (m,) int8
         Shear force on a, movement against the face at it, in b's frame, and what happened; they change in place.
     supports, free : blocks (l,), projectors (l, 6, 6), prescribed (n, 6); (k,) int64
@@ -113,7 +114,7 @@ def _add_contacts(
             gap += now[u] * g[6 + u]
         for u in range(3):
             along += (now[u] - gap * g[6 + u]) ** 2
-        trial = s[0] * (s[2] - gap)
+        trial = s[0] * (s[2] + s[12] * min(s[9], s[13]) - gap)
         bears = (trial > 0.0) | ((s[3] > 0.0) & (trial >= -s[3]))
         if not bears or along > s[7] * s[7]:
             if s[3] > 0.0:
