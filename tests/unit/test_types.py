@@ -32,7 +32,7 @@ model = bsm.Model(
 loads = [bsm.Pressure(boundary="top", pressure=1e3), bsm.Traction(boundary="top", traction=(0, [1e3, 0, -9810]))]
 flow = bsm.Flow(head={"left": 1.0}, seepage=["top"], wells=[bsm.Well(point=(0, 0), discharge=1e-6)])
 quiet = bsm.Shaking(waveform="sine", frequency=1.0, amplitude=1.0, quiet=["left"])
-steady: tuple[float, float, float] = bsm.Pressure(boundary="top", pressure=1e3).pressure
+steady: tuple[float, ...] = bsm.Pressure(boundary="top", pressure=1e3).pressure
 soil = bsm.EarthPressure(boundary="left", surface=[(0, 1), (1, 1)], state="active", unit_weight=18e3, friction=30)
 level: tuple[float, float, float] = bsm.InSitu(surface=1.0).k0
 """
