@@ -42,8 +42,7 @@ def advance(
         As `relative_positions` takes them.
     springs : (m, 14) float64
         Stiffness (normal, shear), offset, tension, dashpot, line of strength (at no pressure, slope), reach, last gap,
-        slip in the window. Second line; slope of dilation, slip left to it. The lower line counts. A contact that
-        opens loses tension, and strength at no pressure.
+        slip in the window. Second line (the lower counts); slope of dilation, slip left. Opening takes tension.
     shear, place, marks : (m, 3), (m, 3) float64, (m,) int8
         Shear force on a, movement against the face at it, in b's frame, and what happened; they change in place.
     supports, free : blocks (l,), projectors (l, 6, 6), prescribed (n, 6); (k,) int64
