@@ -43,6 +43,6 @@ def draw_newmark(answer: Newmark, title: str, path: Path) -> None:
     for axes in (above, below):
         axes.grid(visible=True, color="#dddddd", linewidth=0.6)
         if axes.get_legend_handles_labels()[0]:
-            axes.legend(fontsize=8, frameon=False)
+            axes.legend(fontsize=8, framealpha=0.85, edgecolor="none")
     entitle(figure, title)
     save(figure, path)
