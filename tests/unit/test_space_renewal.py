@@ -18,9 +18,9 @@ from bsm_mesh.three_d.contacts.contact_set import given_points
 from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, faces_of
 from bsm_mesh.three_d.step.block_system import BlockSystem
 from tests.scenes.polyhedra import CELL_ARRAYS, box, model_in_space, rotation, turned
+from tests.scenes.space_steps import assert_tangent
 
 OPTIONS = bsm.Options(threads=1)
-TANGENT = 1e-8  # of the greatest entry: differences of forces with steps of 1e-7
 TABLES = [box((0, 0, -1), (0.5, 0.5, 0)), box((0.5, 0, -1), (1, 0.5, 0))]
 CUBE = box((0, 0, 0), (0.5, 0.5, 0.5))
 SQUARES = [box((0, 0, -0.5), (0.5, 0.5, 0)), box((0.5, 0, -0.5), (1, 0.5, 0))]
@@ -210,16 +210,7 @@ def test_the_tangent_of_renewed_contacts_is_the_derivative_of_their_forces(movem
     assert at.closed.any()
     moment = at.forces[:, 3:] + np.cross(step.system.placed(position), at.forces[:, :3])
     assert_allclose(moment.sum(axis=0), 0, atol=1e-9 * np.abs(at.forces).max())
-    data, exact = step.tangent(at), np.zeros((18, 18))
-    found, row = np.zeros((3, 6, 3, 6)), np.repeat(np.arange(3), np.diff(step.pattern.row_start))
-    for place, (i, j) in enumerate(zip(row, step.pattern.column, strict=True)):
-        found[i, :, j] += data[place]
-    for k in range(18):
-        change = np.zeros_like(position)
-        change.flat[k] = 1e-7
-        ahead, behind = (step.evaluate(step.moved_by(position, sign * change)).forces for sign in (1, -1))
-        exact[:, k] = -(ahead - behind).ravel() / 2e-7
-    assert_allclose(found.reshape(18, 18), exact, atol=TANGENT * np.abs(exact).max())
+    assert_tangent(step, position)
 
 
 def test_shear_and_slip_go_on_where_polygons_are_found_again():
