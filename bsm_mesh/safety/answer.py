@@ -15,7 +15,7 @@ from bsm_mesh.results.movement import FAR
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bound import Limit
 from bsm_mesh.safety.bracket import Bracket, Verdict
-from bsm_mesh.safety.criterion import Failure
+from bsm_mesh.safety.criterion import Failure, of_size
 from bsm_mesh.safety.driver import Found, Trial
 from bsm_mesh.safety.mechanism import Mechanism, collapse_of, mechanism_of
 
@@ -215,7 +215,5 @@ def notes_on(found: Found, settings: Settings) -> tuple[str, ...]:
         )
     bad = next((trial for trial in found.trials if trial.value == found.bracket.unstable), None)
     if bad is not None and bad.status.is_stable:
-        notes.append(
-            f"at {bad.value:.4g} blocks move, and reach rest again after {100 * bad.moved:.3g} % of their size"
-        )
+        notes.append(f"at {bad.value:.4g} blocks move, and reach rest again after {of_size(bad.moved)}")
     return tuple(notes)

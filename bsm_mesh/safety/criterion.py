@@ -17,6 +17,8 @@ from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bracket import Verdict
 
+HARDLY = 1e-3  # of a size: a smaller movement is reported as less than this
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Ended:
@@ -126,3 +128,14 @@ def movement(ended: Ended, reference: Ended | None, blocks: Blocks, counts: Bool
     origin = np.zeros_like(ended.displacement) if reference is None else reference.displacement
     parts: FloatArray = distances(ended.displacement - origin) / blocks.moments.size
     return parts * counts
+
+
+def of_size(moved: float) -> str:
+    """Return a movement, over the size of its block, in words.
+
+    Examples
+    --------
+    >>> of_size(0.1234), of_size(2e-5)
+    ('12.3 % of their size', 'less than 0.1 % of their size')
+    """
+    return f"{100 * moved:.3g} % of their size" if moved >= HARDLY else f"less than {100 * HARDLY:g} % of their size"

@@ -16,10 +16,8 @@ from bsm_mesh.results.movement import moved_beyond
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bracket import Bracket, Judged, Range, Verdict, bracket_of, next_values
-from bsm_mesh.safety.criterion import Criterion, Ended, Judgement, movement
+from bsm_mesh.safety.criterion import Criterion, Ended, Judgement, movement, of_size
 from bsm_mesh.safety.pool import RunAll, Trials, pool_of
-
-HARDLY = 0.1  # % of a size: a smaller movement is reported as less than this
 
 STRONGER, MOST_STRONGER = 0.8, 5  # of the factor of a state in which blocks moved far; how often
 
@@ -245,10 +243,9 @@ class Search:
             return said
         moved = movement(each, self._reference, self._blocks, self._counts)
         ended = "reached rest" if each.status.is_stable else f"ended {each.status}"
-        far = 100 * moved.max()
         reason = (
             "limit analysis proves that no equilibrium exists in the initial geometry; in the run blocks moved by "
-            f"{f'{far:.3g}' if far >= HARDLY else f'less than {HARDLY:g}'} % of their size, and it {ended}"
+            f"{of_size(moved.max())}, and it {ended}"
         )
         return Judgement(Verdict.UNSTABLE, reason, np.flatnonzero(moved > moved.max() / 2).astype(np.int32))
 

@@ -12,7 +12,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
-from bsm_mesh.pictures.canvas import DPI, FALLS, NARROWEST, WATER, WIDTH
+from bsm_mesh.pictures.canvas import DPI, FALLS, NARROWEST, WATER, WIDTH, finish
 from bsm_mesh.pictures.figures import entitle, paper
 from bsm_mesh.pictures.marks import NAME_PLACES, add_name
 from bsm_mesh.pictures.pictures import PICTURES, figure_of
@@ -274,6 +274,13 @@ def test_a_title_that_is_too_wide_is_broken_within_the_picture() -> None:
     title = figure.findobj(lambda part: getattr(part, "get_text", str)().startswith("factor"))[0].get_window_extent()
     assert title.x1 <= figure.bbox.width
     assert title.y1 <= figure.bbox.height
+
+
+def test_a_title_is_broken_only_where_the_next_word_has_no_room() -> None:
+    results = bsm.run(model_of([rectangle(0, 0, 1, 1)], fixed=(0,)))
+    lines = finish(new_sheet(Scene(results=results, number=0, title="word " * 60)), "").get_suptitle().splitlines()
+    assert len(lines) > 2
+    assert {len(line) for line in lines[:-1]} == {max(map(len, lines))}
 
 
 @pytest.mark.slow
