@@ -36,17 +36,20 @@ PORTABLE_FEATURES = ["avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movb
 VERSIONS = f"{sys.implementation.cache_tag}-numba{numba.__version__}-llvmlite{llvmlite.__version__}"
 
 
-def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+def njit(*, allocates: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Return Numba's decorator of this name, with files on disk.
 
     Parameters
     ----------
+    allocates : bool
+        Whether the kernel makes arrays, slices what it returns, or calls a kernel that returns a new array. Such a
+        kernel counts references to all arrays it handles. Counts are atomic, and slow in a loop.
     **options
         As for ``numba.njit``, ``cache`` aside.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher = numba.njit(**options)(function)
+        dispatcher = numba.njit(_nrt=allocates, **options)(function)
         dispatcher._cache = KernelCache(dispatcher)  # as its enable_caching() does with a FunctionCache
         return dispatcher
 
@@ -57,8 +60,13 @@ def compiled_into(kernel: Any) -> list[Any]:
     """Return a kernel, and the kernels that it calls, one through the other."""
     found = [kernel]
     for part in found:
-        found += [new for _, new in _seen(part.py_func) if isinstance(new, Dispatcher) and new not in found]
+        found += [new for new in called_by(part) if new not in found]
     return found
+
+
+def called_by(kernel: Any) -> list[Any]:
+    """Return the kernels that a kernel calls itself."""
+    return [one for _, one in _seen(kernel.py_func) if isinstance(one, Dispatcher)]
 
 
 class KernelCache:

@@ -59,7 +59,7 @@ def _cell_of(x: float, origin: float, grid: _Grid) -> int:  # pragma: no cover -
     return int(min(max(k, -grid.reach), grid.reach)) + grid.reach
 
 
-@njit()
+@njit(allocates=True)
 def _enter_blocks(
     vertices: RecordArray, blocks: RecordArray, grid: _Grid
 ) -> tuple[IntArray, IntArray, IntArray, BoolArray]:  # pragma: no cover - compiled
@@ -85,7 +85,7 @@ def _enter_blocks(
     return entries[:count, 0].copy(), entries[:count, 1].copy(), entries[:count, 2].copy(), large
 
 
-@njit()
+@njit(allocates=True)
 def _enter_edge(
     entries: IntArray,
     count: int,
@@ -108,7 +108,7 @@ def _enter_edge(
     return entries, count
 
 
-@njit()
+@njit(allocates=True)
 def _enter_box(
     entries: IntArray, count: int, block: int, x0: float, y0: float, x1: float, y1: float, grid: _Grid
 ) -> tuple[IntArray, int]:  # pragma: no cover - compiled
@@ -122,7 +122,7 @@ def _enter_box(
     return entries, count
 
 
-@njit()
+@njit(allocates=True)
 def _sort_by(key: IntArray, order: IntArray, n_keys: int) -> IntArray:  # pragma: no cover - compiled
     """Return `order` sorted by key (0 <= key < n_keys), equal keys left in their order (counting sort)."""
     start = np.zeros(n_keys + 1, np.int32)
@@ -137,7 +137,7 @@ def _sort_by(key: IntArray, order: IntArray, n_keys: int) -> IntArray:  # pragma
     return out
 
 
-@njit()
+@njit(allocates=True)
 def _pairs_in_cells(
     owner: IntArray,
     column: IntArray,
@@ -183,7 +183,7 @@ def _pairs_in_cells(
     return pairs[:count]
 
 
-@njit()
+@njit(allocates=True)
 def _longer(rows: IntArray) -> IntArray:  # pragma: no cover - compiled
     """Return twice as many rows that begin with these. For slices Numba compiles a message about shapes, in 2 s."""
     longer = np.empty((2 * rows.shape[0], rows.shape[1]), np.int32)

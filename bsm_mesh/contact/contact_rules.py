@@ -31,7 +31,7 @@ from bsm_mesh.contact.same_place import (
 )
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def resolve_candidates(
     vertices: RecordArray,
     blocks: RecordArray,

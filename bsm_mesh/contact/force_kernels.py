@@ -12,7 +12,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
 
 
-@njit()
+@njit(allocates=True)
 def given_geometry(
     block_a: IntArray,
     block_b: IntArray,
@@ -36,7 +36,7 @@ def given_geometry(
     return given
 
 
-@njit()
+@njit(allocates=True)
 def relative_positions(
     position: FloatArray,
     block_a: IntArray,
@@ -88,7 +88,7 @@ def max_relative_movement(
     return farthest
 
 
-@njit()
+@njit(allocates=True)
 def pressures_and_trial_shears(
     gap: FloatArray,
     tangential: FloatArray,
@@ -145,7 +145,7 @@ def add_moving_forces(
         total[b, 2] -= arm_b[k, 0] * fy - arm_b[k, 1] * fx
 
 
-@njit()
+@njit(allocates=True)
 def fill_tangent(
     places: IntArray,
     n_places: int,

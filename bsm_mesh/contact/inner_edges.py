@@ -15,7 +15,7 @@ from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def edges_on_blocks(
     vertices: RecordArray, owner: IntArray, active: RecordArray, rules: Rules
 ) -> IntArray:  # pragma: no cover - compiled

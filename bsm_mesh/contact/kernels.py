@@ -12,7 +12,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 
 
-@njit()
+@njit(allocates=True)
 def spring_forces(
     block_a: IntArray,
     block_b: IntArray,

@@ -33,7 +33,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
 )
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def facing_rows(
     vertices: RecordArray, blocks: RecordArray, pairs: IntArray, band: float, rules: Rules
 ) -> tuple[RecordArray, IntArray]:  # pragma: no cover - compiled

@@ -166,7 +166,7 @@ def records_at(outlines: Outlines, placed: FloatArray, band: float) -> tuple[Rec
     return records
 
 
-@njit()
+@njit(allocates=True)
 def _place(corners: FloatArray, offsets: IntArray, placed: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return the corners, turned by each block's rotation and moved to its centroid."""
     there = np.empty_like(corners)
@@ -178,7 +178,7 @@ def _place(corners: FloatArray, offsets: IntArray, placed: FloatArray) -> FloatA
     return there
 
 
-@njit()
+@njit(allocates=True)
 def _records(
     there: FloatArray,
     corners: FloatArray,

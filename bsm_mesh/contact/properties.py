@@ -232,7 +232,7 @@ def _key(law: JointLaw) -> object:
     return law
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", allocates=True)
 def _in_series(
     placed: FloatArray,
     block_a: IntArray,

@@ -277,7 +277,7 @@ def _resolved_candidates(
     return tuple(np.concatenate(in_parts.pop(0)) for _ in NAMES)
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compiled
     """Return the fields of `Candidates`, in their order, in one pass over the records ROW."""
     n, i4 = rows.size, np.int32

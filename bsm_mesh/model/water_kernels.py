@@ -61,7 +61,7 @@ def wet_part(
     return t0, t1, h0, h1
 
 
-@njit()
+@njit(allocates=True)
 def end_forces(
     start: FloatArray,
     end: FloatArray,

@@ -91,7 +91,7 @@ def _grid(outlines: object) -> float:
     return GRID * float(np.sqrt(shapely.area(outlines).min()))
 
 
-@njit()
+@njit(allocates=True)
 def _are_convex(corners: FloatArray, offsets: IntArray) -> BoolArray:  # pragma: no cover - compiled
     """Return which outlines turn to the left at every corner."""
     convex = np.ones(offsets.size - 1, dtype=np.bool_)
@@ -105,7 +105,7 @@ def _are_convex(corners: FloatArray, offsets: IntArray) -> BoolArray:  # pragma:
     return convex
 
 
-@njit()
+@njit(allocates=True)
 def _clipped_areas(
     corners: FloatArray, offsets: IntArray, left: IntArray, right: IntArray, most: int
 ) -> FloatArray:  # pragma: no cover - compiled

@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 
 from bsm_mesh import kernel_files
 from bsm_mesh.commands.precompile import kernel_of, listed, name_of
-from bsm_mesh.compiled import VERSIONS, compiled_into
+from bsm_mesh.compiled import VERSIONS, called_by, compiled_into
 from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.solve.bolts.chain import solve_chain
 from bsm_mesh.solve.bolts.kernels import add_bolt_forces
@@ -97,7 +97,7 @@ def test_kernels_are_kept_in_the_package_and_read_from_there(copy: Path) -> None
 def test_a_kernel_read_from_its_file_needs_nothing_of_the_compiler(copy: Path) -> None:
     """The modules in which Numba keeps Python's and NumPy's functions are a fifth of the time of a small run."""
     (copy / "kernels.py").write_text(
-        f"import numpy as np\n{KERNELS}\n\n@njit()\ndef third(x):\n    return np.full(x, second(x)).sum()\n"
+        f"import numpy as np\n{KERNELS}\n\n@njit(allocates=True)\ndef third(x):\n    return np.full(x, second(x)).sum()\n"
     )
     code = "import sys, kernels; print(kernels.third(2), 'numba.np.arrayobj' in sys.modules)"
     assert call(copy, code)[0] == "8 True"
@@ -234,6 +234,20 @@ def test_what_is_compiled_into_a_kernel() -> None:
     assert add_bolt_forces in found
     assert solve_chain in found  # one through the other, from other files
     assert facing_rows not in found
+
+
+def test_no_kernel_gets_an_array_whose_references_it_does_not_count() -> None:
+    """Nobody would free it. The compiler refuses the other faults: to make an array there, to return a new one."""
+    kernels = {part for line in listed() for part in compiled_into(kernel_of(line)[0])}
+    uncounted = [kernel for kernel in kernels if not kernel.targetoptions["_nrt"]]
+    assert len(uncounted) > len(kernels) / 2
+    lost = [
+        f"{kernel.py_func.__name__} calls {called.py_func.__name__}"
+        for kernel in uncounted
+        for called in called_by(kernel)
+        if called.targetoptions["_nrt"] and "Array" in called.py_func.__annotations__["return"]
+    ]
+    assert not lost
 
 
 def test_first_runs_at_once_end_alike(copy: Path) -> None:

@@ -13,7 +13,7 @@ from bsm_mesh.certificate.verify_certificate import main as verify
 from bsm_mesh.movements import turned as turned_by
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.step.equations import StepEquations
-from bsm_mesh.three_d.contacts.clipping import CORNER_OF_A, CORNER_OF_B, EDGES, _clip, near_blocks
+from bsm_mesh.three_d.contacts.clipping import CORNER_OF_A, CORNER_OF_B, EDGES, clip, near_blocks
 from bsm_mesh.three_d.contacts.contact_set import given_points
 from bsm_mesh.three_d.contacts.history import SLOTS, PointHistory, faces_of
 from bsm_mesh.three_d.step.block_system import BlockSystem
@@ -33,11 +33,20 @@ def random_polygon(rng):
     return np.array(shapely.geometry.polygon.orient(hull).exterior.coords)[:-1]
 
 
+def shared_by(a, b, least):
+    """Return corners (k, 2) that two polygons share, what meets there, and both numbers of it."""
+    most = len(a) + len(b) + 2
+    flat, corners, marks = np.zeros((2, most, 2)), np.empty((2, most, 2)), np.empty((2, most, 4), dtype=np.int64)
+    flat[0, : len(a)], flat[1, : len(b)] = a, b
+    count = clip(flat, len(a), len(b), least, corners, marks)
+    return corners[0, :count], marks[0, :count, 0], marks[0, :count, 1:3]
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_what_two_polygons_share_is_what_shapely_says(seed):
     rng = np.random.default_rng(seed)
     a, b = random_polygon(rng), random_polygon(rng)
-    corners, kind, edge = _clip(a, b, 1e-9)
+    corners, kind, edge = shared_by(a, b, 1e-9)
     whole = shapely.Polygon(a).intersection(shapely.Polygon(b))
     found = shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
     assert_allclose(found.symmetric_difference(whole).area, 0, atol=1e-8)
@@ -55,7 +64,7 @@ def test_edges_within_rounding_of_each_other_cross_between_their_ends(turned_ove
     """An edge from .9 to 1.1 roundings outside another crosses the limit of rounding; not four lengths beside it."""
     a = np.array([(0, -0.9e-9), (1, -1.1e-9), (1, 1), (0, 1)])
     a = a[[1, 0, 3, 2]] * (-1, 1) + (1, 0) if turned_over else a
-    corners, _, _ = _clip(a, np.array([(-9.0, 0), (9, 0), (9, 9), (-9, 9)]), 1e-9)
+    corners, _, _ = shared_by(a, np.array([(-9.0, 0), (9, 0), (9, 9), (-9, 9)]), 1e-9)
     assert ((corners > -1e-8) & (corners < 1 + 1e-8)).all()
 
 

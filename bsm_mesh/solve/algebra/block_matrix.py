@@ -80,7 +80,7 @@ def upper_triangle(whole: BlockPattern) -> tuple[BlockPattern, BoolArray]:
     return upper, chosen
 
 
-@njit()
+@njit(allocates=True)
 def _mirror(
     row_start: IntArray, column: IntArray
 ) -> tuple[IntArray, IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
@@ -116,7 +116,7 @@ def _mirror(
     return start, whole, upper_at, lower_at
 
 
-@njit()
+@njit(allocates=True)
 def _pattern(
     n: int, block_a: IntArray, block_b: IntArray
 ) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
@@ -164,7 +164,7 @@ def _pattern(
     return row_start, column[:used].copy(), place
 
 
-@njit()
+@njit(allocates=True)
 def fill_stiffness(
     row_start: IntArray,
     block_a: IntArray,
@@ -205,7 +205,7 @@ def fill_stiffness(
     return data
 
 
-@njit()
+@njit(allocates=True)
 def constrain(
     row_start: IntArray,
     column: IntArray,
@@ -242,7 +242,7 @@ def constrain(
                 data[diagonal[i], r, r] = 1.0
 
 
-@njit()
+@njit(allocates=True)
 def _multiply(block: FloatArray, basis: FloatArray, from_left: bool) -> None:  # pragma: no cover - compiled
     """Replace a block by basis^T block, or by block basis."""
     old, axes = block.copy(), block.shape[0]

@@ -20,7 +20,7 @@ def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:
     return order
 
 
-@njit()
+@njit(allocates=True)
 def nested_dissection(
     start: IntArray, neighbour: IntArray, position: FloatArray
 ) -> IntArray:  # pragma: no cover - compiled
@@ -78,7 +78,7 @@ def nested_dissection(
     return order
 
 
-@njit()
+@njit(allocates=True)
 def _mark_upper_half(
     members: IntArray, position: FloatArray, upper: IntArray, cut: int
 ) -> None:  # pragma: no cover - compiled

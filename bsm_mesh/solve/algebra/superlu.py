@@ -70,7 +70,7 @@ class SuperLU:
         self._factors = None
 
 
-@njit()
+@njit(allocates=True)
 def _full_columns(
     row_start: IntArray, column: IntArray, position: IntArray, symmetric: bool
 ) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
@@ -111,7 +111,7 @@ def _full_columns(
     return start, row, source
 
 
-@njit()
+@njit(allocates=True)
 def _scalar_columns(
     start: IntArray, row: IntArray, source: IntArray, data: FloatArray
 ) -> tuple[FloatArray, IntArray, IntArray]:  # pragma: no cover - compiled

@@ -22,7 +22,7 @@ from bsm_mesh.compiled import njit
 AT_LIMIT = 1e-12  # of a capacity, a yield force, E A, or the forces in a chain: nearer to a limit or to zero is there
 
 
-@njit()
+@njit(allocates=True)
 def solve_chain(
     stiffness: FloatArray,
     stretch: FloatArray,
@@ -214,7 +214,7 @@ def _add_element(
     return count + 1
 
 
-@njit()
+@njit(allocates=True)
 def chain_tangent(stiffness: FloatArray, bond_stiffness: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return the derivatives of all tensions by all stretches, (n - 1, n - 1), slips condensed out.
 

@@ -180,7 +180,7 @@ class Dowels:
         return replace(self, rest=np.where(chosen[self.element], self.rest + at.shear, self.rest))
 
 
-@njit()
+@njit(allocates=True)
 def _add_tangent(
     place: IntArray,
     stiffness: FloatArray,

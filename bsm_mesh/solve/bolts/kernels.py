@@ -9,7 +9,7 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.solve.bolts.chain import AT_LIMIT, chain_tangent, solve_chain
 
 
-@njit()
+@njit(allocates=True)
 def node_movements(
     position: FloatArray, block: IntArray, arm: FloatArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
@@ -25,7 +25,7 @@ def node_movements(
     return moved, turned
 
 
-@njit()
+@njit(allocates=True)
 def element_lines(
     point: FloatArray, moved: FloatArray, first: IntArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
@@ -44,7 +44,7 @@ def element_lines(
     return length, direction
 
 
-@njit()
+@njit(allocates=True)
 def solve_bolts(
     node_start: IntArray,
     alive: BoolArray,
@@ -65,7 +65,7 @@ def solve_bolts(
     return tension, slip
 
 
-@njit()
+@njit(allocates=True)
 def _runs(node_start: IntArray, alive: BoolArray) -> IntArray:  # pragma: no cover - compiled
     """Return bolt, first and last node of every run of elements, (k, 3): a bolt is in parts where some are cut."""
     found, count = np.empty((alive.size, 3), np.int64), 0
@@ -80,7 +80,7 @@ def _runs(node_start: IntArray, alive: BoolArray) -> IntArray:  # pragma: no cov
     return found[:count]
 
 
-@njit()
+@njit(allocates=True)
 def add_bolt_forces(
     node_start: IntArray,
     block: IntArray,
@@ -117,7 +117,7 @@ def add_action(
         total[3 + u] += sign * (arm[v] * force[w] - arm[w] * force[v])
 
 
-@njit()
+@njit(allocates=True)
 def find_places(
     row_start: IntArray, column: IntArray, node_start: IntArray, block: IntArray
 ) -> IntArray:  # pragma: no cover - compiled
@@ -140,7 +140,7 @@ def find_places(
     return place
 
 
-@njit()
+@njit(allocates=True)
 def bolt_couplings(
     node_start: IntArray,
     alive: BoolArray,
@@ -176,7 +176,7 @@ def bolt_couplings(
     return coupling
 
 
-@njit()
+@njit(allocates=True)
 def _moduli(
     stiffness: FloatArray,
     stretch: FloatArray,
@@ -200,7 +200,7 @@ def _moduli(
     return element, bond
 
 
-@njit()
+@njit(allocates=True)
 def couple(
     node_start: IntArray, coupling: FloatArray, stretch: FloatArray
 ) -> FloatArray:  # pragma: no cover - compiled
@@ -216,7 +216,7 @@ def couple(
     return tension
 
 
-@njit()
+@njit(allocates=True)
 def own_coupling(node_start: IntArray, coupling: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return the derivative of each element's tension by its own stretch, (n_elements,)."""
     own = np.empty(node_start[-1] - (node_start.size - 1))
@@ -229,7 +229,7 @@ def own_coupling(node_start: IntArray, coupling: FloatArray) -> FloatArray:  # p
     return own
 
 
-@njit()
+@njit(allocates=True)
 def add_bolt_tangent(
     node_start: IntArray,
     spacing: FloatArray,
@@ -292,7 +292,7 @@ def _length_derivatives(
     add_action(1.0, far, direction, g[1])
 
 
-@njit()
+@njit(allocates=True)
 def _add_geometric(
     tension: float,
     length: float,
@@ -326,7 +326,7 @@ def _add_geometric(
                 data[p, 2, 2] += sign * tension * (a[0] * dx + a[1] * dy)
 
 
-@njit()
+@njit(allocates=True)
 def _add_geometric_in_space(
     tension: float,
     length: float,

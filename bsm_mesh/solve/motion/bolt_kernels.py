@@ -30,7 +30,7 @@ def bolt_arrays(system: BlockSystem, reference: FloatArray) -> tuple[Any, ...] |
     )
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def add_bolts(
     here: FloatArray,
     reference: FloatArray,

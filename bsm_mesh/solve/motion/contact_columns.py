@@ -140,7 +140,7 @@ def _copy_back(
             chunks[rows[k] // WIDTH, column, rows[k] % WIDTH] = part[k // WIDTH, column, k % WIDTH]
 
 
-@njit()
+@njit(allocates=True)
 def frames(
     position: FloatArray, block_a: IntArray, block_b: IntArray, geometry: FloatArray, rows: IntArray
 ) -> SingleArray:  # pragma: no cover - compiled
@@ -162,7 +162,7 @@ def frames(
     return frame
 
 
-@njit()
+@njit(allocates=True)
 def stiffness_sums(
     block_a: IntArray,
     block_b: IntArray,

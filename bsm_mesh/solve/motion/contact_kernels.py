@@ -48,6 +48,7 @@ def add_contact_forces(
     slips: ChunkArray,
     growths: ChunkArray,
     works: ChunkArray | None,
+    room: ChunkArray,
     forces: FloatArray,
 ) -> None:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
@@ -62,8 +63,10 @@ def add_contact_forces(
         Their state changes in place, as in the others.
     strengths, closures, slips, growths, works : (c,) STRENGTH, CLOSURE, SLIP, GROWTH, WORK or None
         Each empty where no contact needs it, the last None where no work is asked for.
+    room : (1,) ROOM
+        To work in.
     """
-    t = np.zeros(1, ROOM)[0]
+    t = room[0]
     for k in range(contacts.size):
         chunk, first, count = contacts[k], k * WIDTH, min(WIDTH, block_a.size - k * WIDTH)
         _gather(here, sine, versine, block_a, block_b, first, count, t)

@@ -24,7 +24,7 @@ def advance(
     meeting: IntArray,
     farthest: float,
     own: IntArray,
-    supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
+    supports: tuple[IntArray, FloatArray, FloatArray],
     contacts: tuple[IntArray, IntArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray | None],
     bolts: tuple[FloatArray, ...] | None,
     loads: tuple[FloatArray, FloatArray, FloatArray],
@@ -32,7 +32,7 @@ def advance(
     velocity: FloatArray,
     moved: FloatArray,
     turns: SingleArray,
-    room: FloatArray,
+    room: tuple[FloatArray, FloatArray, ChunkArray],
     shaken: tuple[FloatArray, FloatArray] | None,
     ends: Ends | None,
 ) -> int:  # pragma: no cover - compiled
@@ -42,8 +42,8 @@ def advance(
     ----------
     cycles : int, meeting : (3,) int64, farthest : float [m], own : (k,) uint32
         How many, and the meeting of all threads; a block that moved further ends them. Blocks without a support.
-    supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
-        Which of the supported ones are moved here; all of them; onto their free axes; prescribed in a cycle.
+    supports : blocks (l,) uint32, projectors (l, 3, 3), prescribed (n, 3)
+        Supported ones that are moved here; onto their free axes; movement prescribed in a cycle.
     contacts : block_a, block_b, contacts, strengths, closures, slips, growths, works
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
     bolts, shaken, ends : tuples of arrays or None
@@ -53,32 +53,44 @@ def advance(
         Forces at the reference without the bolts'; part of them that is brought on in a ramp; how much of that part
         does not act yet, by cycle. Of shaken blocks: masses along the base's movement, its acceleration.
     constants : inverse_mass (n, 3), scale (n, 3), damping, velocity : (n, 3) float64 [m, m, rad]
-        Masses over the square of a cycle; as in `BlockSystem`; as `accelerate` takes it. Movement in a cycle.
-    moved : (2, n, 3) float64, turns : (2, 2, n) float32, room : (1 or 2, n, 3) float64
+        Masses over the square of a cycle; as in `BlockSystem`; as `faster` takes it. Movement in a cycle.
+    moved : (2, n, 3) float64, turns : (2, 2, n) float32
         Movement since the reference, sine and versine of its turns, after an even and an odd number of cycles: so
-        threads may each move a part of the blocks. Room to work in.
+        threads may each move a part of the blocks.
+    room : (1 or 2, n, 3), (3, 3) float64, (1,) ROOM
+        To work in: forces, a block's vectors, a chunk of contacts.
     """
-    held, forces = supports[1][supports[0]], room[0]
+    held, forces = supports[0], room[0][0]
     for cycle in range(cycles):
         here, there = moved[cycle % 2], moved[(cycle + 1) % 2]
         now, then = turns[cycle % 2], turns[(cycle + 1) % 2]
-        _set_loads(own, loads, cycle, forces)
-        _set_loads(held, loads, cycle, forces)
-        add_contact_forces(here, now[0], now[1], *contacts, forces)
-        if shaken is not None:
-            room[1] = 0.0
+        _begin(own, held, loads, cycle, room[0])
+        add_contact_forces(here, now[0], now[1], *contacts, room[2], forces)
         if bolts is not None:
-            add_bolts(here, *bolts, room[-1])
+            add_bolts(here, *bolts, room[0][-1])
         if shaken is None:
             _move(own, supports, constants, forces, velocity, here, there, then)
         else:
             given = (loads[1], loads[2][cycle]), shaken, ends, cycle
-            move_shaken(own, supports, constants[0], *given, room, velocity, here, there)
+            move_shaken(own, supports, constants[0], *given, room[0], room[1], velocity, here, there)
             set_turns(there, own, then[0], then[1])
             set_turns(there, held, then[0], then[1])
         if not meet(meeting, cycle + 1) or _ends(cycle, there, constants[1], farthest):
             return cycle + 1
     return cycles
+
+
+@njit(nogil=True)
+def _begin(
+    own: IntArray, held: IntArray, loads: tuple[FloatArray, FloatArray, FloatArray], cycle: int, forces: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Set forces (1 or 2, n, 3) of blocks without and with supports to the loads of a cycle; those of bolts to zero."""
+    _set_loads(own, loads, cycle, forces[0])
+    _set_loads(held, loads, cycle, forces[0])
+    for part in range(1, forces.shape[0]):
+        for i in range(forces.shape[1]):
+            for axis in range(3):
+                forces[part, i, axis] = 0.0
 
 
 @njit(nogil=True)
@@ -99,7 +111,7 @@ def _set_loads(
 @njit(nogil=True)
 def _move(
     own: IntArray,
-    supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
+    supports: tuple[IntArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
     forces: FloatArray,
     velocity: FloatArray,
@@ -108,12 +120,11 @@ def _move(
     turns: SingleArray,
 ) -> None:  # pragma: no cover - compiled
     """Move blocks under forces (n, 3) for a cycle, from `here` to `there`; set the turns (2, n) there."""
-    rows, supported, projector, prescribed = supports
     inverse_mass, _, damping = constants
-    accelerate(own, forces, inverse_mass, damping, velocity, here, there)
-    accelerate_supported(rows, supported, projector, forces, inverse_mass, damping, prescribed, velocity, here, there)
+    _accelerate(own, forces, inverse_mass, damping, velocity, here, there)
+    _accelerate_supported(*supports, forces, inverse_mass, damping, velocity, here, there)
     set_turns(there, own, turns[0], turns[1])
-    set_turns(there, supported[rows], turns[0], turns[1])
+    set_turns(there, supports[0], turns[0], turns[1])
 
 
 @njit(nogil=True)
@@ -135,7 +146,7 @@ def set_turns(
 
 
 @njit(nogil=True)
-def accelerate(
+def _accelerate(
     own: IntArray,
     forces: FloatArray,
     inverse_mass: FloatArray,
@@ -144,48 +155,53 @@ def accelerate(
     here: FloatArray,
     there: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Move the blocks `own` for a cycle; a part `damping` of each force acts against the velocity (Cundall 1987)."""
+    """Move the blocks `own` for a cycle."""
     for i in own:
         for axis in range(3):
-            force = forces[i, axis]
-            damped = damping if force * velocity[i, axis] > 0.0 else -damping
-            velocity[i, axis] += (1.0 - damped) * force * inverse_mass[i, axis]
+            velocity[i, axis] = faster(forces[i, axis], velocity[i, axis], inverse_mass[i, axis], damping)
             there[i, axis] = here[i, axis] + velocity[i, axis]
 
 
+@njit(nogil=True, forceinline=True)
+def faster(force: float, velocity: float, inverse_mass: float, damping: float) -> float:  # pragma: no cover - compiled
+    """Return the velocity after a cycle; a part `damping` of the force acts against the velocity (Cundall 1987)."""
+    damped = damping if force * velocity > 0.0 else -damping
+    return velocity + (1.0 - damped) * force * inverse_mass
+
+
 @njit(nogil=True)
-def accelerate_supported(
-    rows: IntArray,
-    supported: IntArray,
+def _accelerate_supported(
+    held: IntArray,
     projector: FloatArray,
+    prescribed: FloatArray,
     forces: FloatArray,
     inverse_mass: FloatArray,
     damping: float,
-    prescribed: FloatArray,
     velocity: FloatArray,
     here: FloatArray,
     there: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Move blocks with supports along their free axes for a cycle, and by `prescribed` (n, 3) with their supports.
-
-    `rows` (k,) are those of `supported` (l,) and of the `projector` (l, 3, 3) onto the free axes.
-    """
-    pushed, along = np.empty(3), np.empty(3)
-    for j in rows:
-        i = supported[j]
-        _project(projector[j].T, forces[i], pushed)
+    """Move blocks with supports along their free axes for a cycle, and by `prescribed` (n, 3) with their supports."""
+    for j in range(held.size):
+        i = held[j]
+        v, mass = velocity[i], inverse_mass[i]
+        x, y, turn = _projected(projector[j].T, forces[i, 0], forces[i, 1], forces[i, 2])
+        x, y = faster(x, v[0], mass[0], damping), faster(y, v[1], mass[1], damping)
+        turn = faster(turn, v[2], mass[2], damping)
+        v[0], v[1], v[2] = _projected(projector[j], x, y, turn)
         for axis in range(3):
-            damped = damping if pushed[axis] * velocity[i, axis] > 0.0 else -damping
-            along[axis] = velocity[i, axis] + (1.0 - damped) * pushed[axis] * inverse_mass[i, axis]
-        _project(projector[j], along, velocity[i])
-        for axis in range(3):
-            there[i, axis] = here[i, axis] + velocity[i, axis] + prescribed[i, axis]
+            there[i, axis] = here[i, axis] + v[axis] + prescribed[i, axis]
 
 
 @njit(nogil=True)
-def _project(projector: FloatArray, vector: FloatArray, out: FloatArray) -> None:  # pragma: no cover - compiled
-    for axis in range(3):
-        out[axis] = projector[axis, 0] * vector[0] + projector[axis, 1] * vector[1] + projector[axis, 2] * vector[2]
+def _projected(
+    projector: FloatArray, x: float, y: float, turn: float
+) -> tuple[float, float, float]:  # pragma: no cover - compiled
+    return (
+        projector[0, 0] * x + projector[0, 1] * y + projector[0, 2] * turn,
+        projector[1, 0] * x + projector[1, 1] * y + projector[1, 2] * turn,
+        projector[2, 0] * x + projector[2, 1] * y + projector[2, 2] * turn,
+    )
 
 
 @njit(nogil=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 
@@ -59,13 +57,14 @@ def _move_ends(ends: Ends, cycle: int, velocity: FloatArray) -> None:  # pragma:
 @njit(nogil=True)
 def move_shaken(
     own: IntArray,
-    supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
+    supports: tuple[IntArray, FloatArray, FloatArray],
     inverse_mass: FloatArray,
     base: tuple[FloatArray, float],
     shaken: tuple[FloatArray, FloatArray],
     ends: Ends | None,
     cycle: int,
     room: FloatArray,
+    vectors: FloatArray,
     velocity: FloatArray,
     here: FloatArray,
     there: FloatArray,
@@ -76,7 +75,7 @@ def move_shaken(
     ----------
     own : (k,) int64
         Blocks without a support that are moved here.
-    supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
+    supports : blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
         As `kernels.advance` takes them.
     inverse_mass : (n, 3) float64
         Over the square of a cycle.
@@ -86,27 +85,27 @@ def move_shaken(
         Part of its velocity that a block loses in a cycle; the sums, see `BASE` and the others.
     ends, cycle : Ends or None, int
         Ends of quiet boundaries, and the number of the cycle in their input.
-    room : (2, n, 3) float64
-        Forces of all, and of the bolts alone, which all are to be added.
+    room, vectors : (2, n, 3), (3, 3) float64
+        Forces of all, and of the bolts alone, which all are to be added. Room to work in.
     velocity : (n, 3) float64 [m, m, rad]
         Movement in a cycle; it changes in place.
     """
-    rows, supported, projector, _ = supports
-    before, after, pushed = np.empty(3), np.empty(3), np.empty(3)
+    held, projector, _ = supports
+    drag, before, after, pushed = shaken[0], vectors[0], vectors[1], vectors[2]
     if ends is not None:
         _add_ends(ends, room[0])
     for i in own:
         for axis in range(3):
             pushed[axis] = room[0, i, axis] + room[1, i, axis]
-        _accelerate(i, pushed, inverse_mass, shaken[0], velocity, before, after)
+        _accelerate(i, pushed, inverse_mass, drag, velocity, before, after)
         _keep(i, before, after, inverse_mass, base, shaken, room, velocity, here, there)
-    for j in rows:
-        i = supported[j]
+    for j in range(held.size):
+        i = held[j]
         for axis in range(3):
             pushed[axis] = 0.0
             for k in range(3):
                 pushed[axis] += projector[j, k, axis] * (room[0, i, k] + room[1, i, k])
-        _accelerate(i, pushed, inverse_mass, shaken[0], velocity, before, after)
+        _accelerate(i, pushed, inverse_mass, drag, velocity, before, after)
         for axis in range(3):
             pushed[axis] = 0.0
             for k in range(3):

@@ -16,7 +16,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.forces import AT_ONCE
 from bsm_mesh.solve.motion.contact_columns import ChunkArray, chosen, column_of, put
-from bsm_mesh.solve.motion.contact_kernels import add_contact_forces
+from bsm_mesh.solve.motion.contact_kernels import ROOM, add_contact_forces
 from bsm_mesh.solve.motion.kernels import advance
 from bsm_mesh.solve.motion.meeting import give_up, meeting_of
 
@@ -109,13 +109,15 @@ class _Strip:
 
     def __init__(self, share: Share, own: IntArray, supports: Any, common: Any) -> None:
         supported, projector, prescribed = supports
+        here = np.isin(supported, own)
         self.share = share
         self._own = np.sort(own[~np.isin(own, supported)]).astype(np.uint32)  # unsigned: none counts from the end
-        self._supports = np.flatnonzero(np.isin(supported, own)), supported, projector, prescribed
+        self._supports = supported[here].astype(np.uint32), projector[here], prescribed
         self._common = common
         self._ends = None if common[7] is None else np.flatnonzero(np.isin(common[7][0], own))
-        # Room for the forces of blocks, and for those of bolts alone.
-        self._forces = np.empty((2 if common[6] is not None else 1, *common[3].shape))
+        # Room for the forces of blocks, and for those of bolts alone; for a block, for a chunk of contacts.
+        forces = np.empty((2 if common[6] is not None else 1, *common[3].shape))
+        self._room = forces, np.empty((3, 3)), np.zeros(1, ROOM)
 
     def advance(self, cycles: int, farthest: float, meeting: IntArray) -> int:
         bolts, loads, constants, velocity, moved, turns, shaken, ends = self._common
@@ -123,7 +125,7 @@ class _Strip:
             ends = self._ends, *ends
         went: int = advance(
             cycles, meeting, farthest, self._own, self._supports, self.share.columns, bolts, loads, constants,
-            velocity, moved, turns, self._forces, shaken, ends,
+            velocity, moved, turns, self._room, shaken, ends,
         )  # fmt: skip
         return went
 
@@ -132,7 +134,7 @@ class _Strip:
         if self.share.works is None:
             return
         _, _, _, _, moved, turns, *_ = self._common
-        add_contact_forces(moved[went % 2], *turns[went % 2], *self.share.columns, self._forces[0])
+        add_contact_forces(moved[went % 2], *turns[went % 2], *self.share.columns, self._room[2], self._room[0][0])
 
 
 def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: float, supports: Any, common: Any) -> int:

@@ -122,7 +122,7 @@ class MovingRock:
         self.moves = (self.mass > 0) & ~given.all(axis=1)
         self.own = np.flatnonzero((self.mass > 0) & ~given.any(axis=1)).astype(np.uint32)
         still = np.zeros((len(self.mass), 3))
-        self.supports = np.arange(len(rows)), rows.astype(np.int32), projector, still
+        self.supports = rows.astype(np.uint32), projector, still
 
     def _free_pieces(self, corner: IntArray) -> tuple[IntArray, FloatArray]:
         """Return `pieces` of cells with nodes (w, t): blocks that share nodes are one piece."""

@@ -40,12 +40,12 @@ Spread = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]
 where nodes were then (k, 3)."""
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def advance_zones(
     cycles: int,
     reach: FloatArray,
     own: IntArray,
-    supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
+    supports: tuple[IntArray, FloatArray, FloatArray],
     rock: Rock,
     points: Points,
     laws: Laws,
@@ -66,7 +66,7 @@ def advance_zones(
     ----------
     cycles : int, reach : (q,) float64 [m], own : (f,) uint32
         How many; by how much points of joints may slide; nodes without a support.
-    supports : rows, nodes (l,), projectors (l, 3, 3), prescribed (k, 3)
+    supports, shaken : nodes (l,), projectors (l, 3, 3), prescribed (k, 3); drag (k, 3), work (k, 5)
         As `move_shaken` takes them.
     rock, points, laws, bolts, means : tuples of arrays
         See above; laws as of contacts. They carry on their state.
@@ -78,28 +78,27 @@ def advance_zones(
         Movement in a cycle; it changes in place.
     moved, room : (2, k, 3) float64
         Displacements after an even and an odd number of cycles; room to work in.
-    shaken : drag (k, 3), work (k, 5)
-        As `move_shaken` takes them.
     wave : push (k, 3), size (cycles,), work (1,)
         Forces of a wave that enters, over its size, that size in a cycle, and the work that they do.
     """
-    state, went = np.zeros(1, ROOM)[0], cycles
+    state, turned, vectors = np.zeros(1, ROOM)[0], np.empty((2, points[0].shape[1], 2)), np.empty((3, 3))
+    went = cycles
     for cycle in range(cycles):
         here, there, forces = moved[cycle % 2], moved[(cycle + 1) % 2], room[0]
         _set_loads(loads, wave, cycle, forces)
         _add_rock(here, rock, forces)
-        ends = _add_points(here, points, laws, reach, state, forces)
+        ends = _add_points(here, points, laws, reach, state, turned, forces)
         _set_bolts(here, bolts, room[1])
         _damp(damping, inverse_mass, velocity, room[1], forces)
         base, half = (loads[1], loads[2][cycle]), wave[1][cycle] / 2
         wave[2][0] += half * _power(half, wave[0], velocity)
-        move_shaken(own, supports, inverse_mass, base, shaken, None, cycle, room, velocity, here, there)
+        move_shaken(own, supports, inverse_mass, base, shaken, None, cycle, room, vectors, velocity, here, there)
         wave[2][0] += half * _power(half, wave[0], velocity)
         _keep_means(means, velocity, loads[2][cycle])
         if ends or _is_nowhere(cycle, there):
             went = cycle + 1
             break
-    _add_points(moved[went % 2], points, laws, reach, state, room[0])  # the work of the last cycle
+    _add_points(moved[went % 2], points, laws, reach, state, turned, room[0])  # the work of the last cycle
     return went
 
 
@@ -156,12 +155,14 @@ def _add_rock(here: FloatArray, rock: Rock, forces: FloatArray) -> None:  # prag
 
 @njit(nogil=True)
 def _add_points(
-    here: FloatArray, points: Points, laws: Laws, reach: FloatArray, t: Any, forces: FloatArray
+    here: FloatArray, points: Points, laws: Laws, reach: FloatArray, t: Any, turned: FloatArray, forces: FloatArray
 ) -> bool:  # pragma: no cover - compiled
-    """Add the forces of points of joints to forces (k, 3), and return whether one has slid far, or broken."""
+    """Add the forces of points of joints to forces (k, 3), and return whether one has slid far, or broken.
+
+    `turned` (2, m, 2): room for the derivatives of opening and slip of a point in large displacement.
+    """
     nodes, rows, given, begun, water = points
     strengths, ends = laws[1], False
-    row = np.empty((2, nodes.shape[1], 2))
     for chunk in range(laws[0].size):
         first = chunk * WIDTH
         count = min(WIDTH, nodes.shape[0] - first)
@@ -186,10 +187,10 @@ def _add_points(
                 ends = ends or strengths[chunk].broken[i] > 0
             if pressure == 0.0 and shear == 0.0:
                 continue
+            row = rows[q]
             if given.shape[0]:
+                row = turned
                 _set_gradients(here, nodes[q], rows[q], given[q], row)
-            else:
-                row[:] = rows[q]
             for j in range(nodes.shape[1]):
                 for axis in range(2):
                     forces[nodes[q, j], axis] += pressure * row[0, j, axis] - shear * row[1, j, axis]

@@ -26,7 +26,7 @@ def bolt_arrays(bolts: InstalledBolts) -> tuple[Any, ...] | None:
     )
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def add_bolts(
     shift: FloatArray,
     matrix: FloatArray,
@@ -83,7 +83,7 @@ def _swing(matrix: FloatArray, vector: FloatArray, found: FloatArray) -> None:  
         found[u] = matrix[u, 0] * vector[0] + matrix[u, 1] * vector[1] + matrix[u, 2] * vector[2]
 
 
-@njit(nogil=True)
+@njit(nogil=True, allocates=True)
 def _add_dowel(
     shift: FloatArray,
     matrix: FloatArray,

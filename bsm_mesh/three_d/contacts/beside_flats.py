@@ -29,7 +29,7 @@ def beside_flats(
     return found
 
 
-@njit()
+@njit(allocates=True)
 def _beside(
     rows: FloatArray,
     ends: IntArray,
@@ -67,7 +67,7 @@ def _beside(
     return beside
 
 
-@njit()
+@njit(allocates=True)
 def lies_on(
     point: FloatArray, rows: FloatArray, first: int, last: int, narrow: float
 ) -> bool:  # pragma: no cover - compiled

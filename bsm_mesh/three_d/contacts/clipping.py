@@ -21,7 +21,7 @@ DOUBLE = 1e-7  # of the faces' size: corners nearer than this are one
 CORNER_OF_A, CORNER_OF_B, EDGES = 0, 1, 2  # what meets in a corner
 
 
-@njit()
+@njit(allocates=True)
 def near_blocks(
     low: FloatArray, high: FloatArray, moves: IntArray, band: float
 ) -> IntArray:  # pragma: no cover - compiled
@@ -46,7 +46,7 @@ def near_blocks(
     return pairs
 
 
-@njit()
+@njit(allocates=True)
 def facing_faces(
     pairs: IntArray, start: IntArray, normal: FloatArray, low: FloatArray, high: FloatArray, band: float
 ) -> IntArray:  # pragma: no cover - compiled
@@ -72,7 +72,7 @@ def facing_faces(
     return faces
 
 
-@njit()
+@njit(allocates=True)
 def clipped(
     faces: IntArray, corners: FloatArray, offsets: IntArray, normal: FloatArray, slide: FloatArray
 ) -> tuple[IntArray, FloatArray]:  # pragma: no cover - compiled
@@ -82,35 +82,38 @@ def clipped(
     the gap. The last column is 1 for a point on b. The surfaces' `corners` (c, 3) run counter-clockwise about their
     outward `normal`; the first is a's. `slide` (q, 3): movement of a against b.
     """
-    total = 0
+    total, most = 0, 0
     for q in range(faces.shape[0]):
-        total += offsets[faces[q, 0] + 1] - offsets[faces[q, 0]] + offsets[faces[q, 1] + 1] - offsets[faces[q, 1]]
+        both = offsets[faces[q, 0] + 1] - offsets[faces[q, 0]] + offsets[faces[q, 1] + 1] - offsets[faces[q, 1]]
+        total, most = total + both, max(most, both + 2)
     rows, sizes, count = np.empty((total, 14)), np.zeros(faces.shape[0], np.int64), 0
-    mean, first, second, base = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    flat, shared, marks = np.empty((2, most, 2)), np.empty((2, most, 2)), np.empty((2, most, 4), np.int64)
+    axes, base, room = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
     for q in range(faces.shape[0]):
         f, g = faces[q]
         a, b = corners[offsets[f] : offsets[f + 1]][::-1], corners[offsets[g] : offsets[g + 1]]
-        _set_axes(normal[f], normal[g], b, mean, first, second)
-        flat_a, flat_b = _flat(a, b[0], first, second), _flat(b, b[0], first, second)
-        least = DOUBLE * max(_farthest(flat_a), _farthest(flat_b))
-        shared, kind, edge = _clip(flat_a, flat_b, least)
-        if shared.shape[0] < 3:
+        _set_axes(normal[f], normal[g], b, axes, base)
+        _set_flat(a, b[0], axes, base, flat[0])
+        _set_flat(b, b[0], axes, base, flat[1])
+        least = DOUBLE * max(_farthest(flat[0], a.shape[0]), _farthest(flat[1], b.shape[0]))
+        size = clip(flat, a.shape[0], b.shape[0], least, shared, marks)
+        if size < 3:
             continue
-        for k in range(shared.shape[0]):
+        for k in range(size):
             for u in range(3):
-                base[u] = b[0, u] + shared[k, 0] * first[u] + shared[k, 1] * second[u]
-            _set_row(rows[count], base, kind[k], edge[k], a, b, normal[f], normal[g], mean, slide[q])
+                base[u] = b[0, u] + shared[0, k, 0] * axes[1, u] + shared[0, k, 1] * axes[2, u]
+            _set_row(rows[count], base, marks[0, k], a, b, normal[f], normal[g], axes[0], slide[q], room)
             count += 1
-        sizes[q] = shared.shape[0]
+        sizes[q] = size
     return sizes, rows[:count]
 
 
 @njit()
 def _set_axes(
-    of_a: FloatArray, of_b: FloatArray, b: FloatArray, mean: FloatArray, first: FloatArray, second: FloatArray
+    of_a: FloatArray, of_b: FloatArray, b: FloatArray, axes: FloatArray, along: FloatArray
 ) -> None:  # pragma: no cover - compiled
-    """Set the mean normal, which points into a, and two axes across it, right-handed."""
-    along, longest = np.empty(3), 0.0
+    """Set the mean normal, which points into a, and two axes across it, right-handed; `along` (3,): room."""
+    mean, first, longest = axes[0], axes[1], 0.0
     _set_difference(mean, of_b, of_a)
     _divide(mean, np.sqrt(_dot(mean, mean)))
     for k in range(b.shape[0]):
@@ -122,8 +125,9 @@ def _set_axes(
         if size > longest:
             longest = size
             _divide(along, size)
-            first[:] = along
-    _set_cross(second, mean, first)
+            for u in range(3):
+                first[u] = along[u]
+    _set_cross(axes[2], mean, first)
 
 
 @njit()
@@ -153,108 +157,118 @@ def _set_cross(found: FloatArray, a: FloatArray, b: FloatArray) -> None:  # prag
 
 
 @njit()
-def _flat(
-    points: FloatArray, origin: FloatArray, first: FloatArray, second: FloatArray
-) -> FloatArray:  # pragma: no cover - compiled
-    found, arm = np.empty((points.shape[0], 2)), np.empty(3)
+def _set_flat(
+    points: FloatArray, origin: FloatArray, axes: FloatArray, arm: FloatArray, found: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Set the first rows of `found` (>= k, 2) to points (k, 3) in the plane of the last two axes; `arm` (3,): room."""
     for k in range(points.shape[0]):
         _set_difference(arm, points[k], origin)
-        found[k, 0], found[k, 1] = _dot(arm, first), _dot(arm, second)
-    return found
+        found[k, 0], found[k, 1] = _dot(arm, axes[1]), _dot(arm, axes[2])
 
 
 @njit()
-def _farthest(points: FloatArray) -> float:  # pragma: no cover - compiled
-    """Return the greatest coordinate of points (k, 2) by its size."""
+def _farthest(points: FloatArray, count: int) -> float:  # pragma: no cover - compiled
+    """Return the greatest coordinate of the first points (k, 2) by its size."""
     found = 0.0
-    for k in range(points.shape[0]):
+    for k in range(count):
         found = max(found, abs(points[k, 0]), abs(points[k, 1]))
     return found
 
 
 @njit()
-def _clip(
-    a: FloatArray, b: FloatArray, least: float
-) -> tuple[FloatArray, IntArray, IntArray]:  # pragma: no cover - compiled
-    """Return what convex polygons (k, 2) share: corners, what meets there, and both numbers of it.
+def clip(
+    flat: FloatArray, size_a: int, size_b: int, least: float, corners: FloatArray, marks: IntArray
+) -> int:  # pragma: no cover - compiled
+    """Set what convex polygons ``flat[0, :size_a]`` and ``flat[1, :size_b]`` share; return how many corners it has.
 
-    `source` is the edge of a on which a side lies, or minus one less that of b.
+    ``corners[0]``: the corners (k, 2); ``marks[0]``: what meets there, both numbers of it, and the edge of a on which
+    the side behind lies, or minus one less that of b. Their other halves are room.
     """
-    most = a.shape[0] + b.shape[0] + 2
-    here, kind, mark, source = (
-        np.empty((most, 2)),
-        np.zeros(most, np.int64),
-        np.zeros((most, 2), np.int64),
-        np.zeros(most, np.int64),
-    )
-    there, kinds, marks, sources = (
-        np.empty((most, 2)),
-        np.zeros(most, np.int64),
-        np.zeros((most, 2), np.int64),
-        np.zeros(most, np.int64),
-    )
-    count = a.shape[0]
+    b, count, now = flat[1], size_a, 0
     for k in range(count):
-        here[k], kind[k], mark[k, 0], source[k] = a[k], CORNER_OF_A, k, k
-    for j in range(b.shape[0]):
-        o, e = b[j], b[(j + 1) % b.shape[0]] - b[j]
-        size, new = np.sqrt((e**2).sum()), 0
+        corners[0, k, 0], corners[0, k, 1] = flat[0, k, 0], flat[0, k, 1]
+        marks[0, k, 0], marks[0, k, 1], marks[0, k, 2], marks[0, k, 3] = CORNER_OF_A, k, 0, k
+    for j in range(size_b):
+        x, y = b[j, 0], b[j, 1]
+        ex, ey = b[(j + 1) % size_b, 0] - x, b[(j + 1) % size_b, 1] - y
+        here, there, old, new = corners[now], corners[1 - now], marks[now], marks[1 - now]
+        size, left = np.sqrt(ex**2 + ey**2), 0
         for k in range(count):
             p, r = here[k], here[(k + 1) % count]
-            inside = (e[0] * (p[1] - o[1]) - e[1] * (p[0] - o[0])) / size
-            next_one = (e[0] * (r[1] - o[1]) - e[1] * (r[0] - o[0])) / size
+            inside = (ex * (p[1] - y) - ey * (p[0] - x)) / size
+            next_one = (ex * (r[1] - y) - ey * (r[0] - x)) / size
             if inside >= -least:
-                there[new], kinds[new], marks[new], sources[new] = p, kind[k], mark[k], source[k]
-                new += 1
+                _copy(p, there[left])
+                _copy(old[k], new[left])
+                left += 1
             if (inside >= -least) != (next_one >= -least):
                 along = min(max(inside / (inside - next_one), 0.0), 1.0)  # both may lie within `least` of the edge
-                there[new] = p + along * (r - p)
-                kinds[new] = EDGES if source[k] >= 0 else CORNER_OF_B
-                marks[new, 0], marks[new, 1] = max(source[k], 0), j
-                sources[new] = source[k] if inside < -least else -1 - j
-                new += 1
-        count = new
-        here, there, kind, kinds = there, here, kinds, kind
-        mark, marks, source, sources = marks, mark, sources, source
+                there[left, 0], there[left, 1] = p[0] + along * (r[0] - p[0]), p[1] + along * (r[1] - p[1])
+                source = old[k, 3]
+                new[left, 0], new[left, 1], new[left, 2] = EDGES if source >= 0 else CORNER_OF_B, max(source, 0), j
+                new[left, 3] = source if inside < -least else -1 - j
+                left += 1
+        count, now = left, 1 - now
         if count < 3:
             break
-    kept = np.ones(count, np.bool_)
+    kept: int = _drop_doubles(corners, marks, now, count, 4 * least)
+    return kept
+
+
+@njit()
+def _copy(one: FloatArray, other: FloatArray) -> None:  # pragma: no cover - compiled
+    for u in range(one.size):
+        other[u] = one[u]
+
+
+@njit()
+def _drop_doubles(
+    corners: FloatArray, marks: IntArray, now: int, count: int, least: float
+) -> int:  # pragma: no cover - compiled
+    """Put those corners of half `now` into the first half that lie away from the next one; return how many."""
+    here, left = corners[now], 0
+    x, y = here[0, 0], here[0, 1]  # the first corner may be overwritten before the last one is compared with it
     for k in range(count):
-        kept[k] = np.sqrt(((here[k] - here[(k + 1) % count]) ** 2).sum()) > 4 * least
-    chosen = np.flatnonzero(kept)
-    return here[chosen], kind[chosen], mark[chosen]
+        is_last = k + 1 == count
+        next_x, next_y = x if is_last else here[k + 1, 0], y if is_last else here[k + 1, 1]
+        if np.sqrt((here[k, 0] - next_x) ** 2 + (here[k, 1] - next_y) ** 2) > least:
+            _copy(here[k], corners[0, left])
+            _copy(marks[now, k], marks[0, left])
+            left += 1
+    return left
 
 
 @njit()
 def _set_row(
     row: FloatArray,
     base: FloatArray,
-    kind: int,
-    edge: IntArray,
+    mark: IntArray,
     a: FloatArray,
     b: FloatArray,
     of_a: FloatArray,
     of_b: FloatArray,
     mean: FloatArray,
     slide: FloatArray,
+    room: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Set corner, the points of both faces over it, normal into a, gap and its block of a row (14,)."""
-    on_a, on_b, across, turn, one, other = np.empty((6, 3))
+    """Set corner, the points of both faces over it, normal into a, gap and its block of a row (14,); `room` (3, 3)."""
+    on_a, on_b, across, kind = row[3:6], row[6:9], row[9:12], mark[0]
+    turn, one, other = room[0], room[1], room[2]
     _set_over(on_a, base, a[0], of_a, mean)
     _set_over(on_b, base, b[0], of_b, mean)
-    _set_difference(one, a[(edge[0] + 1) % a.shape[0]], a[edge[0]])
-    _set_difference(other, b[(edge[1] + 1) % b.shape[0]], b[edge[1]])
-    is_on_b = _crossing_is_on_b(one, other, mean, slide) if kind == EDGES else kind == CORNER_OF_B
+    _set_difference(one, a[(mark[1] + 1) % a.shape[0]], a[mark[1]])
+    _set_difference(other, b[(mark[2] + 1) % b.shape[0]], b[mark[2]])
+    is_on_b = _crossing_is_on_b(one, other, mean, slide, turn) if kind == EDGES else kind == CORNER_OF_B
     for u in range(3):
         across[u] = -of_a[u] if is_on_b else of_b[u]
     _set_cross(turn, of_a, of_b)
     if kind == EDGES and _dot(turn, turn) >= PARALLEL**2:
         _set_cross(turn, one, other)
         size, sizes = np.sqrt(_dot(turn, turn)), np.sqrt(_dot(one, one) * _dot(other, other))
-        across[:] = mean
+        _copy(mean, across)
         if size > PARALLEL * sizes and abs(_dot(turn, mean)) > FACING * size:
             _divide(turn, size * np.sign(_dot(turn, mean)))
-            across[:] = turn
+            _copy(turn, across)
     _set_difference(one, on_a, on_b)
     gap = _dot(one, across)
     for u in range(3):
@@ -262,18 +276,19 @@ def _set_row(
             on_a[u] = on_b[u] + gap * across[u]
         else:
             on_b[u] = on_a[u] - gap * across[u]
-    row[:3], row[3:6], row[6:9], row[9:12], row[12], row[13] = base, on_a, on_b, across, gap, is_on_b
+    _copy(base, row[:3])
+    row[12], row[13] = gap, is_on_b
 
 
 @njit()
 def _crossing_is_on_b(
-    one: FloatArray, other: FloatArray, mean: FloatArray, slide: FloatArray
+    one: FloatArray, other: FloatArray, mean: FloatArray, slide: FloatArray, turn: FloatArray
 ) -> bool:  # pragma: no cover - compiled
     """Return whether the crossing of an edge of a with one of b lies on b rather than on a.
 
     Where a slides by `slide` the crossing moves on b's edge by ``(slide x one) / (other x one)`` of its length.
+    `turn` (3,) is room.
     """
-    turn = np.empty(3)
     _set_cross(turn, slide, one)
     moved = _dot(turn, mean)
     _set_cross(turn, other, one)

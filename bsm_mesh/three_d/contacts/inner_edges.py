@@ -108,7 +108,7 @@ def _heights_of_edges(
     return found
 
 
-@njit()
+@njit(allocates=True)
 def _heights(
     rows: FloatArray,
     over: FloatArray,

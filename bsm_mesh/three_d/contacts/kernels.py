@@ -12,7 +12,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 
 
-@njit()
+@njit(allocates=True)
 def relative_positions(
     position: FloatArray, swing: FloatArray, block_a: IntArray, block_b: IntArray, geometry: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # pragma: no cover - compiled
@@ -52,7 +52,7 @@ def relative_positions(
     return place, arm_a, arm_b
 
 
-@njit()
+@njit(allocates=True)
 def add_forces(
     block_a: IntArray,
     block_b: IntArray,
@@ -82,7 +82,7 @@ def add_forces(
             total[b, 3 + u] -= arm_b[k, v] * force[w] - arm_b[k, w] * force[v]
 
 
-@njit()
+@njit(allocates=True)
 def fill_tangent(
     places: IntArray,
     n_places: int,
@@ -111,7 +111,7 @@ def fill_tangent(
         Their turning with face and arms (geometric stiffness) is included.
     """
     data = np.zeros((n_places, 6, 6))
-    local, turned, force = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    local, half, turned, force = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     by_a, by_b, spin = np.empty((3, 6)), np.empty((3, 6)), np.zeros((3, 3))
     for k in range(places.shape[0]):
         kn, across, along, coupled, opening = stiffness[k]
@@ -124,7 +124,7 @@ def fill_tangent(
                 local[u, v] += coupled * t[u] * n[v] + opening * n[u] * t[v]
             local[u, u] += across
             force[u] = pressure[k] * n[u] + shear[k, u]
-        _turn(local, swing[b], turned)
+        _turn(local, swing[b], half, turned)
         _turn_vector(force, swing[b])
         _set_spin(force, spin)
         _set_derivatives(turned, spin, arm_a[k], arm_b[k], by_a, by_b)
@@ -137,9 +137,10 @@ def fill_tangent(
 
 
 @njit()
-def _turn(local: FloatArray, swing: FloatArray, turned: FloatArray) -> None:  # pragma: no cover - compiled
-    """Set `turned` (3, 3) to a matrix of b's frame in the model's axes."""
-    half = np.empty((3, 3))
+def _turn(
+    local: FloatArray, swing: FloatArray, half: FloatArray, turned: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Set `turned` (3, 3) to a matrix of b's frame in the model's axes; `half` (3, 3) is room."""
     for u in range(3):
         for v in range(3):
             half[u, v] = local[u, v]

@@ -15,7 +15,7 @@ from bsm_mesh.movements import cross
 SMALL = 1e-4  # rad: below, sums of series are exact to rounding, and quotients of differences are not
 
 
-@njit()
+@njit(allocates=True)
 def swings(turn: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return rotation matrices of rotation vectors (n, 3), less the unit matrix, (n, 3, 3): exact for small ones."""
     found = np.empty((turn.shape[0], 3, 3))

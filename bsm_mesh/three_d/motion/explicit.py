@@ -67,6 +67,7 @@ class ExplicitMotion(Cycles):
             moved,
             shift,
             matrix,
+            (np.empty_like(position), np.empty((7, 6))),
         )
         self.diverged = not (np.isfinite(shift).all() and np.isfinite(matrix).all())
         if not self.diverged:

@@ -6,6 +6,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
+from bsm_mesh.solve.motion.kernels import faster
 from bsm_mesh.three_d.bolts.kernels import add_bolts
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved
@@ -31,6 +32,7 @@ def advance(
     moved: FloatArray,
     shift: FloatArray,
     matrix: FloatArray,
+    room: tuple[FloatArray, FloatArray],
 ) -> int:  # pragma: no cover - compiled
     """Go through cycles of unit time, and return how many: fewer where a block has moved too far.
 
@@ -54,22 +56,21 @@ def advance(
     velocity, moved, shift, matrix : (n, 6), (n, 6), (n, 3), (n, 3, 3) float64
         Movement in a cycle, and since the window began, rotations added up; displacements, and rotation matrices less
         the unit matrix. They change in place.
+    room : (n, 6), (7, 6) float64
+        To work in: forces, and vectors of a contact or a block.
     """
     (acting, ramped_load, unramped_fraction), (inverse_mass, scale, damping) = loads, constants
-    supported, projector, prescribed = supports
-    forces = np.empty_like(acting)
+    forces, vectors = room
     for cycle in range(cycles):
         _set_loads(acting, ramped_load, unramped_fraction[cycle], forces)
-        _add_contacts(blocks[0], blocks[1], geometry, springs, shear, place, marks, shift, matrix, forces)
+        _add_contacts(blocks[0], blocks[1], geometry, springs, shear, place, marks, shift, matrix, vectors, forces)
         if bolts is not None:
             add_bolts(shift, matrix, *bolts, forces)
         for i in free:
             for axis in range(6):
-                force = forces[i, axis]
-                damped = damping if force * velocity[i, axis] > 0.0 else -damping
-                velocity[i, axis] += (1.0 - damped) * force * inverse_mass[i, axis]
+                velocity[i, axis] = faster(forces[i, axis], velocity[i, axis], inverse_mass[i, axis], damping)
             _carry(velocity[i], moved[i], shift[i], matrix[i])
-        _move_supported(supported, projector, prescribed, forces, inverse_mass, damping, velocity, moved, shift, matrix)
+        _move_supported(*supports, forces, inverse_mass, damping, velocity, moved, shift, matrix, vectors[5:])
         if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(moved, scale, farthest):
             return cycle + 1
     return cycles
@@ -96,10 +97,11 @@ def _add_contacts(
     marks: IntArray,
     shift: FloatArray,
     matrix: FloatArray,
+    room: FloatArray,
     forces: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Add force and moment of all contacts to `forces` (n, 6); arrays as in `advance`."""
-    arm_a, arm_b, moved, now, force = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    """Add force and moment of all contacts to `forces` (n, 6); arrays as in `advance`; `room` (5, >= 3) to work in."""
+    arm_a, arm_b, moved, now, force = room[0], room[1], room[2], room[3], room[4]
     for k in range(block_a.size):
         a, b, g, s, old, at = block_a[k], block_b[k], geometry[k], springs[k], shear[k], place[k]
         for u in range(3):
@@ -201,17 +203,17 @@ def _move_supported(
     moved: FloatArray,
     shift: FloatArray,
     matrix: FloatArray,
+    room: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Move blocks with supports along their free axes for a cycle, and by what their supports prescribe."""
-    along, whole = np.empty(6), np.empty(6)
+    """Move blocks with supports along their free axes for a cycle, and by what supports prescribe; `room` (2, 6)."""
+    along, whole = room[0], room[1]
     for j in range(supported.size):
         i = supported[j]
         for axis in range(6):
             pushed = 0.0
             for other in range(6):
                 pushed += projector[j, other, axis] * forces[i, other]
-            damped = damping if pushed * velocity[i, axis] > 0.0 else -damping
-            along[axis] = velocity[i, axis] + (1.0 - damped) * pushed * inverse_mass[i, axis]
+            along[axis] = faster(pushed, velocity[i, axis], inverse_mass[i, axis], damping)
         for axis in range(6):
             velocity[i, axis] = 0.0
             for other in range(6):
