@@ -96,9 +96,8 @@ def test_kernels_are_kept_in_the_package_and_read_from_there(copy: Path) -> None
 @pytest.mark.heavy
 def test_a_kernel_read_from_its_file_needs_nothing_of_the_compiler(copy: Path) -> None:
     """The modules in which Numba keeps Python's and NumPy's functions are a fifth of the time of a small run."""
-    (copy / "kernels.py").write_text(
-        f"import numpy as np\n{KERNELS}\n\n@njit(allocates=True)\ndef third(x):\n    return np.full(x, second(x)).sum()\n"
-    )
+    third = "@njit(allocates=True)\ndef third(x):\n    return np.full(x, second(x)).sum()\n"
+    (copy / "kernels.py").write_text(f"import numpy as np\n{KERNELS}\n\n{third}")
     code = "import sys, kernels; print(kernels.third(2), 'numba.np.arrayobj' in sys.modules)"
     assert call(copy, code)[0] == "8 True"
     assert call(copy, code)[0] == "8 False"
