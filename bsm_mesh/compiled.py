@@ -42,8 +42,8 @@ def njit(*, allocates: bool = False, **options: Any) -> Callable[[Callable[..., 
     Parameters
     ----------
     allocates : bool
-        Whether the kernel makes arrays, slices what it returns, or calls a kernel that returns a new array. Such a
-        kernel counts references to all arrays it handles. Counts are atomic, and slow in a loop.
+        Whether the kernel makes arrays, returns a slice, or calls a kernel that returns a new array. Such a kernel
+        counts references to all arrays that it handles. Counts are atomic, and slow in a loop.
     **options
         As for ``numba.njit``, ``cache`` aside.
     """

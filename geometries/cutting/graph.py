@@ -82,7 +82,7 @@ def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> tuple[FloatA
     A point on two pieces goes to their intersection, one on a single piece onto that piece, a corner of an
     outline and a dead end to themselves, so that outlines keep their area.
     """
-    from scipy.spatial import cKDTree
+    import shapely
 
     key = np.unique(graph.edges[graph.edge].T.ravel() * len(pieces.ends) + np.tile(graph.piece, 2))
     node, piece = key // len(pieces.ends), key % len(pieces.ends)
@@ -109,10 +109,11 @@ def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> tuple[FloatA
     near = np.hypot(*(crossing - graph.points[at]).T) <= np.maximum(slant, 1.5 * tolerance)
     placed[at[near]] = crossing[near]
     corners = np.concatenate([pieces.ends.reshape(-1, 2), pieces.ends[pieces.region >= 0, 0]])
-    distance, nearest = cKDTree(graph.points).query(corners)
+    tree = shapely.STRtree(shapely.points(graph.points))
+    corner, nearest = tree.query_nearest(shapely.points(corners), max_distance=1.5 * tolerance, all_matches=False)
     degree = np.bincount(graph.edges.ravel(), minlength=len(graph.points))
-    near = (distance <= 1.5 * tolerance) & ((degree[nearest] == 1) | (np.arange(len(corners)) >= 2 * len(pieces.ends)))
-    placed[nearest[near]] = rounded[nearest[near]] = corners[near]
+    kept = (degree[nearest] == 1) | (corner >= 2 * len(pieces.ends))
+    placed[nearest[kept]] = rounded[nearest[kept]] = corners[corner[kept]]
     return placed, rounded
 
 

@@ -55,7 +55,7 @@ def advance(
     constants : inverse_mass (n, 3), scale (n, 3), damping, velocity : (n, 3) float64 [m, m, rad]
         Masses over the square of a cycle; as in `BlockSystem`; as `faster` takes it. Movement in a cycle.
     moved : (2, n, 3) float64, turns : (2, 2, n) float32
-        Movement since the reference, sine and versine of its turns, after an even and an odd number of cycles: so
+        Movement since the reference, sine and versine of its turns, after an even and an odd number of cycles. So
         threads may each move a part of the blocks.
     room : (1 or 2, n, 3), (3, 3) float64, (1,) ROOM
         To work in: forces, a block's vectors, a chunk of contacts.

@@ -181,8 +181,8 @@ def clip(
 ) -> int:  # pragma: no cover - compiled
     """Set what convex polygons ``flat[0, :size_a]`` and ``flat[1, :size_b]`` share; return how many corners it has.
 
-    ``corners[0]``: the corners (k, 2); ``marks[0]``: what meets there, both numbers of it, and the edge of a on which
-    the side behind lies, or minus one less that of b. Their other halves are room.
+    The corners (k, 2) are in ``corners[0]``. In ``marks[0]`` are the kind of each, the numbers on a and on b, and the
+    edge of a that the next side lies on, or minus one less that of b. The other halves are room.
     """
     b, count, now = flat[1], size_a, 0
     for k in range(count):
